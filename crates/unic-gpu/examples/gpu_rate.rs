@@ -86,6 +86,9 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     if let Some(wanted) = &arguments.network {
         networks.retain(|network| network.name() == wanted);
     }
+    if precisions.is_empty() || networks.is_empty() {
+        return Err("this device measures no such network and precision".into());
+    }
     let peaks: Vec<MultiplyAdds> = (precisions.iter())
         .map(|&precision| MultiplyAdds::new(&context, precision))
         .collect::<Result<_, _>>()?;

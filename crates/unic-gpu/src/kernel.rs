@@ -37,8 +37,7 @@ impl Kernel {
         Self::compile(context, source, &module)
     }
 
-    /// Compiles a kernel without run-time checks of indices and loops, which cost the field's
-    /// kernel time.
+    /// Compiles a kernel without run-time checks of indices and loops, which cost time.
     ///
     /// # Safety
     /// The text must index nothing out of bounds, and its loops must end.

@@ -66,8 +66,8 @@
 //! vertex. A sweep takes one or a few dispatches: a workgroup holds its patch in workgroup memory,
 //! and solves all constraints, colour by colour, on which the patch depends. So constraints near the
 //! border of a patch are solved by several workgroups, and positions are those of the CPU's order.
-//! Models without a projection have no such stage. After the robust handling of intersections the stage `intersections` also
-//! brings edges back towards their limits, and pushes a second time.
+//! Models without a projection have no such stage. After the robust handling of intersections the
+//! stage `intersections` also brings edges back towards their limits, and pushes a second time.
 //!
 //! # Limits
 //!

@@ -99,9 +99,12 @@ pub(crate) struct UnseenClip {
 impl FittedPrior {
     /// Returns one clip of up to `most` motions, evenly spread, each with the prior that has not seen
     /// its motion. Motions of the clips in `but` are left out. Empty for a prior that does not depend
-    /// on the motion.
+    /// on the motion, and where all clips show one motion, of which a prior left out a part alone.
     pub(crate) fn unseen_clips(&self, most: usize, but: &[usize]) -> Vec<UnseenClip> {
-        let numbers = &self.folds.motion_numbers;
+        let numbers = &self.folds.motion_numbers[..];
+        if self.prior.is_empty() || numbers.iter().all(|motion| *motion == numbers[0]) {
+            return Vec::new();
+        }
         let mut taken: Vec<usize> = but
             .iter()
             .filter_map(|&clip| numbers.get(clip).copied())

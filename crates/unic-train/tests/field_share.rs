@@ -9,7 +9,6 @@ use common::*;
 use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{Animator, IntersectionMode, Start, StepInput};
-use unic_eval::BendingRatio;
 use unic_train::*;
 
 /// A run of `standard`'s kind whose steps are so large that they only do harm.
@@ -85,41 +84,6 @@ fn a_share_of_the_field_moves_the_displacement_by_that_share() {
     for (half, whole) in half.iter().zip(&whole) {
         assert!((*half * 2.0).distance(*whole) < 1e-5, "{half} {whole}");
     }
-}
-
-#[test]
-fn bending_of_the_projection_is_that_with_which_held_out_motion_bends_most_like_the_truth() {
-    let mut config = small(Preset::Tiny);
-    config.projection.at_inference = true;
-    config.projection.bending = vec![0.3, 0.0, 1.0];
-    let mut trainer = Trainer::new(dataset(&config), config).unwrap();
-    let validation = trainer.validation(&|| Control::Continue).unwrap().unwrap();
-    let mut error = |bending: f32| {
-        trainer.set_validation(Validation {
-            bending: Some(bending),
-            ..validation.clone()
-        });
-        let mut animator = Animator::new(Arc::new(trainer.model().unwrap()));
-        animator.set_intersection(IntersectionMode::Off);
-        let mut ratio = BendingRatio::new(&trainer.data().capture.garment.rest);
-        for clip in &trainer.data().validation {
-            let (clip, garment) = (&clip.captured.clip, &clip.captured.garment);
-            let start = Start::Positions(garment.frame(0));
-            animator.reset(&StepInput::of_clip(clip, 0), start).unwrap();
-            for t in 1..garment.len() {
-                let step = animator.step(&StepInput::of_clip(clip, t)).unwrap();
-                if t % 3 == 0 {
-                    ratio.add(step.positions, garment.frame(t));
-                }
-            }
-        }
-        ratio.ratio().unwrap().ln().abs()
-    };
-    let errors = [0.0, 0.3, 1.0].map(|bending| (error(bending), bending));
-    let best = errors.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-    assert_eq!(validation.bending, Some(best.1), "{errors:?}");
-    // The check could not fail if all were equal.
-    assert!(errors[0].0 != errors[1].0, "{errors:?}");
 }
 
 #[test]

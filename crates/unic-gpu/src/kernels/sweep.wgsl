@@ -1,5 +1,5 @@
 // Stages of a sweep of the strain projection: a workgroup solves them for its patch of vertices, in
-// its own memory. CAPACITY, LANES and STAGES are declared in front.
+// its own memory. CAPACITY, LANES and STAGE_ENDS are declared in front.
 
 // Work of one workgroup.
 struct Group {
@@ -17,15 +17,14 @@ struct Group {
     stencil_stages: u32,
 }
 
-// Constraints are vectors of four, because lanes that load single numbers of a structure wait for
-// each of them.
+// Constraints are vectors of four numbers.
 //
 // Edge: places of both ends in the vertices of the workgroup, 16 bits each; shortest and longest
 // length, metres; the first end's share of a correction, the second one takes the rest.
 //
 // Bending stencil: places of the four vertices, 16 bits each; three coefficients of its sum, all four
-// have the sum 0; factor of the sum in the moves; freedom of the four vertices in f16. The last
-// vertex may repeat another, and has a coefficient of zero then.
+// have the sum 0; factor of the sum in the moves; freedom of the four vertices, of which
+// 65,535 is 1. The last vertex may repeat another, and has a coefficient of zero then.
 struct Stencil {
     a: vec4<u32>,
     b: vec4<u32>,
@@ -51,8 +50,8 @@ var<workgroup> ys: array<f32, CAPACITY>;
 var<workgroup> zs: array<f32, CAPACITY>;
 
 // Ends of the stages of edges and of stencils, as in `ends`.
-var<workgroup> edge_ends: array<u32, STAGES>;
-var<workgroup> stencil_ends: array<u32, STAGES>;
+var<workgroup> edge_ends: array<u32, STAGE_ENDS>;
+var<workgroup> stencil_ends: array<u32, STAGE_ENDS>;
 
 fn position(i: u32) -> vec3<f32> {
     return vec3<f32>(xs[i], ys[i], zs[i]);
@@ -123,7 +122,7 @@ fn smooth_offsets(stencil: Stencil, bend: vec3<f32>) {
     let k = coefficients(stencil);
     let p = corners(v);
     let pull = (p * k - bend) * -bitcast<f32>(stencil.b.y);
-    let freedom = vec4<f32>(unpack2x16float(stencil.b.z), unpack2x16float(stencil.b.w));
+    let freedom = vec4<f32>(unpack2x16unorm(stencil.b.z), unpack2x16unorm(stencil.b.w));
     let moves = k * freedom;
     // The last vertex may repeat one, and does not move then: the other's move comes after it.
     place(v.w, p[3] + pull * moves.w);

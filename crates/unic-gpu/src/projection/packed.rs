@@ -3,7 +3,6 @@
 use super::plan::{Corners, GroupWork, Pass};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use half::f16;
 use unic_core::projection::{self, Freedom};
 
 /// Constraints of a sweep by colour, in the order of the sweep: edges before stencils.
@@ -68,7 +67,7 @@ pub(super) struct PackedStencil {
     vertices: [u16; 4],
     first_coefficients: [f32; 3],
     scale: f32,
-    /// f16, in which the usual 0 and 1 are exact.
+    /// 65,535 is 1.
     freedom: [u16; 4],
 }
 
@@ -131,7 +130,11 @@ impl Packed {
 
 impl PackedEdge {
     fn new(edge: &projection::Edge, freedom: &Freedom, places: &[u16]) -> Self {
-        let [share, _] = projection::Edge::shares(edge.ends.map(|end| freedom.of(end)));
+        // Shares may miss the sum 1 by rounding. A fixed end must not move at all.
+        let share = match edge.ends.map(|end| freedom.of(end)) {
+            [_, 0.0] => 1.0,
+            ends => projection::Edge::shares(ends)[0],
+        };
         Self {
             ends: edge.ends.map(|end| places[end as usize]),
             limits: [edge.limit.shortest, edge.limit.longest],
@@ -147,7 +150,7 @@ impl PackedStencil {
             vertices: stencil.vertices.map(|v| places[v as usize]),
             first_coefficients: [first, second, third],
             scale: stencil.scale(),
-            freedom: stencil.vertices.map(|v| f16::from_f32(freedom.of(v)).to_bits()),
+            freedom: (stencil.vertices).map(|v| (freedom.of(v) * 65535.0).round() as u16),
         }
     }
 }

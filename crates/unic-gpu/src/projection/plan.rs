@@ -167,7 +167,7 @@ fn patches(positions: &[Vec3], sizes: PlanSizes) -> Vec<Vec<u32>> {
     // A constraint has at most four vertices, so that the vertices of one stage have room.
     let most = match positions.len() <= sizes.capacity {
         true => sizes.capacity,
-        false => sizes.patch.clamp(1, sizes.capacity / 4),
+        false => sizes.patch.min(sizes.capacity / 4).max(1),
     };
     let mut patches = Vec::new();
     divide(all, positions, most, &mut patches);

@@ -78,8 +78,10 @@ impl Sweep {
     pub(crate) fn new(context: &GpuContext, constraints: &Constraints) -> Self {
         let limits = context.device().limits();
         let memory = (limits.max_compute_workgroup_storage_size as usize).saturating_sub(STAGE_BYTES);
+        let capacity = (memory / VERTEX_BYTES).min(CAPACITY);
         let sizes = PlanSizes {
-            capacity: (memory / VERTEX_BYTES).min(CAPACITY),
+            // WebGPU counts each array of four bytes a vertex in steps of 16 bytes.
+            capacity: capacity / 4 * 4,
             patch: PATCH,
             stages: STAGES,
         };
@@ -184,7 +186,8 @@ fn lanes(passes: &[Pass], limits: &Limits) -> usize {
     let groups = passes.iter().flat_map(|pass| &pass.groups);
     let constraints = groups.flat_map(|group| &group.constraints).map(Vec::len);
     let most = (limits.max_compute_invocations_per_workgroup).min(limits.max_compute_workgroup_size_x);
-    (constraints.max().unwrap_or(1).next_power_of_two()).clamp(32, most as usize)
+    let wanted = constraints.max().unwrap_or(1).next_power_of_two();
+    wanted.max(32).min(most as usize)
 }
 
 impl Kernels {
@@ -192,7 +195,7 @@ impl Kernels {
         let groups = passes.iter().flat_map(|pass| &pass.groups);
         let capacity = groups.map(|group| group.vertices.len()).max();
         let text = format!(
-            "const CAPACITY = {}u;\nconst LANES = {}u;\nconst STAGES = {}u;\n{}",
+            "const CAPACITY = {}u;\nconst LANES = {}u;\nconst STAGE_ENDS = {}u;\n{}",
             // An array has at least one element.
             capacity.unwrap_or(0).max(1),
             lanes(passes, limits),
@@ -206,8 +209,9 @@ impl Kernels {
                 constants,
             };
             // SAFETY: places are below the number of vertices of their workgroup, which is at most
-            // CAPACITY. A workgroup has fewer than STAGES stages of each kind. All other indices
-            // are those of `Packed`, and loops have bounds.
+            // CAPACITY. A workgroup has at most STAGES stages of each kind, and one end more.
+            // Vertices, ends and constraints are those of one `Packed`. An animator's buffers have
+            // a position for each of `Constraints::rest` and `Sweep::bends` sums. Loops have bounds.
             unsafe { Kernel::unchecked(context, &source) }
         };
         Self {

@@ -16,7 +16,7 @@ mod robust;
 
 use common::largest_distance;
 use device::{context, gpu_animator};
-use models::{fine_model, model, with_projection, without_levels};
+use models::{fine_model, masked_fine_model, model, with_projection, without_levels};
 use std::sync::Arc;
 use unic_core::{Animator, AnimatorState, Model, Start, animator::VertexState, config::IntersectionMode};
 use unic_gpu::{GpuAnimator, Precision};
@@ -91,6 +91,27 @@ fn offsets_and_positions_agree_with_the_cpu() {
     }
 }
 
+/// Compares eight frames of a garment of several workgroups.
+fn compare_fine(model: &Arc<Model>, mut cpu: Animator, mut gpu: GpuAnimator) {
+    let poses = common::motion(8);
+    reset(&mut cpu, &mut gpu);
+    for t in 0..8 {
+        if t > 0 {
+            cpu.step(&common::input(&poses, t)).unwrap();
+            gpu.step(&common::input(&poses, t)).unwrap();
+        }
+        let found = gpu.read_back().unwrap().positions;
+        let apart = largest_distance(&found, cpu.garment().positions);
+        let apart = apart.max(state_error(cpu.state(), &gpu.state().unwrap()));
+        assert!(
+            apart < TOLERANCE,
+            "{}, frame {t}: {apart} m",
+            model.vertex_count()
+        );
+        assert!(largest_offset(cpu.state()) > 0.01, "frame {t}");
+    }
+}
+
 #[test]
 fn coarse_levels_agree_with_the_cpu() {
     let model = fine_model("second order", 0.27);
@@ -107,17 +128,29 @@ fn coarse_levels_agree_with_the_cpu() {
     let shown = without.reset(&start, Start::MeanShape).unwrap().positions;
     let apart = largest_distance(shown, cpu.garment().positions);
     assert!(apart > 10.0 * TOLERANCE, "levels move vertices by {apart} m");
-    for t in 0..8 {
-        if t > 0 {
-            cpu.step(&common::input(&poses, t)).unwrap();
-            gpu.step(&common::input(&poses, t)).unwrap();
-        }
-        let found = gpu.read_back().unwrap().positions;
-        let apart = largest_distance(&found, cpu.garment().positions);
-        let apart = apart.max(state_error(cpu.state(), &gpu.state().unwrap()));
-        assert!(apart < TOLERANCE, "frame {t}: {apart} m");
-        assert!(largest_offset(cpu.state()) > 0.01, "frame {t}");
+    compare_fine(&model, cpu, gpu);
+}
+
+#[test]
+fn a_mask_on_a_fine_garment_agrees_with_the_cpu() {
+    let model = masked_fine_model("second order", 0.27);
+    if let Some((cpu, gpu)) = start(&model, IntersectionMode::Off) {
+        compare_fine(&model, cpu, gpu);
     }
+}
+
+/// Workgroups have a third of the usual memory.
+#[test]
+fn a_fine_garment_within_default_limits_agrees_with_the_cpu() {
+    let Some(context) = device::context_with_default_limits() else {
+        return;
+    };
+    let model = fine_model("second order", 0.27);
+    let mut cpu = Animator::new(Arc::clone(&model));
+    let mut gpu = gpu_animator(&context, &model, Precision::F32);
+    cpu.set_intersection(IntersectionMode::Off);
+    gpu.set_intersection(IntersectionMode::Off).unwrap();
+    compare_fine(&model, cpu, gpu);
 }
 
 /// The state moves to the GPU at frame 5, and to another CPU animator and back at frame 10.

@@ -30,6 +30,18 @@ fn on_tube(variant: &str, tube: Garment, segments: u32) -> Arc<Model> {
     with_projection(parts)
 }
 
+/// The same on a fine tube whose lower end is fixed, with a gradual mask above it.
+pub(crate) fn masked_fine_model(variant: &str, radius: f32) -> Arc<Model> {
+    let mut parts = fine_model(variant, radius).to_parts();
+    let heights: Vec<f32> = parts.garment.rest.vertices.iter().map(|p| p.y).collect();
+    let (low, high) = heights
+        .iter()
+        .fold((f32::MAX, f32::MIN), |(low, high), y| (low.min(*y), high.max(*y)));
+    let share = |y: &f32| ((y - low) / (high - low) * 3.0 - 1.0).clamp(0.0, 1.0);
+    parts.garment.mask = Some(heights.iter().map(share).collect());
+    Arc::new(Model::new(parts).unwrap())
+}
+
 /// The same model without coarse levels.
 pub(crate) fn without_levels(model: &Model) -> Arc<Model> {
     let mut parts = model.to_parts();

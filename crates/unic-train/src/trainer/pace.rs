@@ -63,8 +63,8 @@ impl Trainer {
         let data = &self.field.data;
         let frames = (BENDING_S * data.config.fps) as usize;
         // Judges are about as long as the clips held out.
-        let bending = self.seconds_of_validating(&model, IntersectionMode::Off, frames)?
-            * (1 + data.judges.len()) as f64;
+        let judged = 1.0 + data.judges.len() as f64 / data.validation.len().max(1) as f64;
+        let bending = judged * self.seconds_of_validating(&model, IntersectionMode::Off, frames)?;
         Ok(Pace {
             step,
             judging,

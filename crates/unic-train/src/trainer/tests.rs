@@ -104,7 +104,8 @@ fn several_motions_choose_the_bending() {
     let validation = trainer.validation(&|| Control::Continue).unwrap().unwrap();
     assert_eq!(validation.bending, Some(nearest(4)));
     // One motion alone would choose another.
-    assert!(nearest(1) != nearest(4));
+    let excesses = BENDINGS.map(|bending| [1, 4].map(|motions| excess(bending, motions)));
+    assert!(nearest(1) != nearest(4), "{excesses:?}");
 }
 
 #[test]
@@ -116,7 +117,18 @@ fn more_motions_than_needed_are_thinned_out_evenly() {
         .iter()
         .map(|judge| &judge.clip[..])
         .collect();
-    assert_eq!(judges.len(), 5, "{judges:?}");
     let drawn = trainer.data().validation[0].name();
-    assert!(!judges.contains(&drawn), "{judges:?}");
+    let names: Vec<String> = (0..12).map(|i| format!("take{i}")).collect();
+    let others: Vec<&str> = names
+        .iter()
+        .map(|name| &name[..])
+        .filter(|name| *name != drawn)
+        .collect();
+    // The middles of five parts of eleven motions.
+    assert_eq!(judges, [1, 3, 5, 7, 9].map(|i| others[i]));
+}
+
+#[test]
+fn a_lone_motion_judges_nothing_that_was_fitted_to_it() {
+    assert!(trainer(1).data().judges.is_empty());
 }
