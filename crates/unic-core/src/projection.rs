@@ -55,7 +55,11 @@ pub use sweep::{Edge, LEAST_LENGTH, Stencil};
 /// Sweeps of a start without a previous tick, for each sweep of a later tick.
 pub const START_ROUNDS: usize = 4;
 
-/// Sweeps over the edges after the shown positions were moved off the body.
+/// Rounds after the shown positions were moved off the body: sweeps over the edges, then one pass
+/// that moves each vertex above its plane.
+pub const RELAX_ROUNDS: usize = 3;
+
+/// Sweeps over the edges in each of the [`RELAX_ROUNDS`].
 pub const RELAX_SWEEPS: usize = 3;
 
 /// Range of lengths that an edge keeps, metres.
@@ -367,10 +371,11 @@ impl StrainProjection {
         let relaxed = &mut scratch.projected;
         relaxed.clear();
         relaxed.extend(positions.iter().map(|p| Vec3A::from(*p)));
-        for _ in 0..RELAX_SWEEPS {
-            let stage_at = |colour: usize| Stage::Edges(self.edges.get(colour));
+        let colours = self.edges.len();
+        for _ in 0..RELAX_ROUNDS {
+            let stage_at = |stage: usize| Stage::Edges(self.edges.get(stage % colours));
             // SAFETY: the edges of a colour share no vertex, and their vertices exist.
-            unsafe { sweep::solve(self.edges.len(), stage_at, &self.freedom, &[], relaxed) }
+            unsafe { sweep::solve(RELAX_SWEEPS * colours, stage_at, &self.freedom, &[], relaxed) }
             for (p, plane) in relaxed.iter_mut().zip(planes) {
                 *p = plane.closest((*p).into()).into();
             }

@@ -18,7 +18,7 @@ use packed::Constraints;
 use sweep::{Positions, Sweep};
 use unic_core::{
     Model,
-    projection::{RELAX_SWEEPS, START_ROUNDS, StrainProjection},
+    projection::{RELAX_ROUNDS, RELAX_SWEEPS, START_ROUNDS, StrainProjection},
 };
 use wgpu::Buffer;
 
@@ -156,8 +156,9 @@ impl Projection {
         let mut positions = Positions::new(&buffers.projected);
         let load = [shown, (18, positions.now)];
         let mut dispatches = vec![self.for_vertices(&kernels.load_shown, &load)?];
-        for _ in 0..RELAX_SWEEPS {
-            dispatches.extend(self.edges.run(&mut positions, &buffers.bends, 1)?);
+        for _ in 0..RELAX_ROUNDS {
+            let sweeps = self.edges.run(&mut positions, &buffers.bends, RELAX_SWEEPS)?;
+            dispatches.extend(sweeps);
             let planes = [(18, positions.now), (22, contacts.planes)];
             dispatches.push(self.for_vertices(&kernels.stay_above, &planes)?);
         }

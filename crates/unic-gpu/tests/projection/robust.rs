@@ -14,7 +14,7 @@ use unic_core::{
     Animator, Model, Start,
     config::{Corrects, IntersectionMode},
     intersection::{Handling, RobustBody},
-    projection::{Edge, RELAX_SWEEPS},
+    projection::{Edge, RELAX_ROUNDS, RELAX_SWEEPS},
 };
 use unic_gpu::Precision;
 
@@ -46,8 +46,9 @@ fn shown(model: &Model, handling: &Handling, positions: &mut [Vec3]) -> usize {
         .collect();
     let projection = model.projection().unwrap();
     let mut relaxed = positions.to_vec();
-    for _ in 0..RELAX_SWEEPS {
-        for edge in projection.edge_colours().flatten() {
+    for _ in 0..RELAX_ROUNDS {
+        let sweeps = (0..RELAX_SWEEPS).flat_map(|_| projection.edge_colours());
+        for edge in sweeps.flatten() {
             let [a, b] = edge.ends.map(|v| v as usize);
             let along = relaxed[b] - relaxed[a];
             let wanted = along.length().max(edge.limit.shortest).min(edge.limit.longest);
