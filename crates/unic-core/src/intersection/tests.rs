@@ -7,6 +7,7 @@ use crate::{
     collider::Collider,
     config::Corrects,
     mesh::TriMesh,
+    projection::ContactPlane,
     skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
     surface::Surface,
@@ -16,6 +17,7 @@ use crate::{
 use proptest::{collection::vec, prelude::*};
 use std::sync::Arc;
 
+mod again;
 mod coherence;
 mod creases;
 mod stretched_faces;

@@ -7,13 +7,16 @@ override CARRY: f32;
 override PULL: f32;
 // Largest offset, metres.
 override RADIUS: f32;
+// Length of a move after which a vertex without a plane may have come into the body, metres.
+const LONG_MOVE = 0.01;
 // Place in `vectors` of the share of a given displacement that is left.
 override SHARE: u32;
 
 // Positions and normals of the garment, world space.
 @group(0) @binding(9) var<storage, read_write> shown: array<f32>;
-// The word at 2 VERTICES is 1 if the robust rule has moved any vertex, see `robust.wgsl`.
-@group(0) @binding(13) var<storage, read> seeds: array<u32>;
+// Marks of vertices from VERTICES on; the word at 2 VERTICES is 1 if the robust rule has moved any
+// vertex, see `robust.wgsl`.
+@group(0) @binding(13) var<storage, read_write> seeds: array<u32>;
 // Offsets in the vertices' own frames.
 @group(0) @binding(16) var<storage, read_write> offsets: array<VertexState>;
 // Predicted positions relative to the origin of the tick, metres.
@@ -117,8 +120,8 @@ fn stay_above(@builtin(global_invocation_id) id: vec3<u32>) {
     shift(i, plane.xyz * max(plane.w - dot(plane.xyz, projected[i].xyz), 0.0));
 }
 
-// Shows what the sweeps have left, if intersection handling has moved any vertex. Vertices at one
-// place move together.
+// Shows what the sweeps have left, if intersection handling has moved any vertex, and marks those
+// that have moved far. Vertices at one place move together.
 @compute @workgroup_size(64)
 fn store_shown(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
@@ -126,6 +129,10 @@ fn store_shown(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     if (seeds[2u * VERTICES] == 1u) {
-        show(i, projected[firsts[i]].xyz);
+        let position = projected[firsts[i]].xyz;
+        if (distance(position, shown_position(i)) > LONG_MOVE) {
+            seeds[VERTICES + i] = 1u;
+        }
+        show(i, position);
     }
 }

@@ -65,7 +65,8 @@ fn shown(model: &Model, handling: &Handling, positions: &mut [Vec3]) -> usize {
     }
     for (vertex, &first) in projection.first_at_place().iter().enumerate() {
         let p = relaxed[first as usize];
-        let out = planes[vertex].and_then(|_| push(vertex, p));
+        let may_be_low = planes[vertex].is_some() || p.distance(positions[vertex]) > 0.01;
+        let out = may_be_low.then(|| push(vertex, p)).flatten();
         positions[vertex] = out.unwrap_or(p);
     }
     moved

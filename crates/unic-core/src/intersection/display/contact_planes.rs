@@ -5,8 +5,11 @@ use crate::{aabb_tree::LANES, parallel::for_each_chunk, projection::ContactPlane
 use glam::Vec3;
 
 /// Height over the body above which a vertex needs no plane, metres. The sweeps that follow move
-/// vertices by millimetres.
+/// most vertices by millimetres.
 const REACH_M: f32 = 0.02;
+
+/// Length of a move after which a vertex without a plane may have come into the body, metres.
+const LONG_MOVE_M: f32 = 0.5 * REACH_M;
 
 impl DisplayPass {
     /// Returns whether the last pass has moved any vertex.
@@ -32,7 +35,8 @@ impl DisplayPass {
         });
     }
 
-    /// Corrects each vertex with a plane by itself, after it was moved along the body.
+    /// Corrects each vertex with a plane by itself, after it was moved along the body, and each that
+    /// was moved far.
     pub(crate) fn push_out_again(
         &mut self,
         scene: CollisionScene,
@@ -40,16 +44,21 @@ impl DisplayPass {
         positions: &mut [Vec3],
     ) {
         let packets = scene.body.contact_filter().garment_packets();
-        let by_packet = self
-            .to_recheck
-            .chunks_mut(LANES)
-            .zip(packets.vertices().chunks(LANES));
-        for ((to_recheck, vertices), summary) in by_packet.zip(&mut self.summaries) {
-            for (at, &vertex) in to_recheck.iter_mut().zip(vertices) {
-                let plane = planes
-                    .get(vertex as usize)
-                    .filter(|plane| **plane != ContactPlane::NONE);
-                *at = plane.map_or(Vec3::NAN, |_| positions[vertex as usize]);
+        for (packet, vertices) in packets.vertices().chunks(LANES).enumerate() {
+            let slots = packet * LANES..packet * LANES + vertices.len();
+            let summary = &mut self.summaries[packet];
+            let before = match summary.is_moving {
+                true => &self.shown[slots.clone()],
+                false => &self.at[slots.clone()],
+            };
+            let to_recheck = &mut self.to_recheck[slots];
+            for ((at, &vertex), before) in to_recheck.iter_mut().zip(vertices).zip(before) {
+                // Empty slots have no vertex.
+                let moved = positions.get(vertex as usize).zip(planes.get(vertex as usize));
+                let moved = moved.filter(|(now, plane)| {
+                    **plane != ContactPlane::NONE || now.distance(*before) > LONG_MOVE_M
+                });
+                *at = moved.map_or(Vec3::NAN, |(now, _)| *now);
             }
             summary.is_moving = to_recheck.iter().any(|at| at.is_finite());
         }
