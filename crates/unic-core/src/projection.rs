@@ -55,8 +55,8 @@ pub use sweep::{Edge, LEAST_LENGTH, Stencil};
 /// Sweeps of a start without a previous tick, for each sweep of a later tick.
 pub const START_ROUNDS: usize = 4;
 
-/// Rounds after the shown positions were moved off the body: sweeps over the edges, then one pass
-/// that moves each vertex above its plane.
+/// Rounds of relaxation after intersection handling. Each is [`RELAX_SWEEPS`] sweeps over the edges
+/// and one pass that moves vertices above their planes.
 pub const RELAX_ROUNDS: usize = 3;
 
 /// Sweeps over the edges in each of the [`RELAX_ROUNDS`].

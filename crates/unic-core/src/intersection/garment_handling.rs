@@ -115,8 +115,8 @@ impl GarmentHandling {
         }
     }
 
-    /// Moves shown vertices with [planes](Self::contact_planes), and those that sweeps have moved
-    /// far, off the body once more, each by itself.
+    /// Pushes shown vertices off the body once more, each by itself: those with
+    /// [planes](Self::contact_planes), and those that sweeps have moved far.
     pub(crate) fn push_out_again(&mut self, planes: &[ContactPlane], positions: &mut [Vec3]) {
         if let (Handling::Robust(_, body), Some(display)) = (&self.handling, &mut self.display) {
             let scene = CollisionScene {

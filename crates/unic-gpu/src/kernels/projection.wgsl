@@ -7,8 +7,6 @@ override CARRY: f32;
 override PULL: f32;
 // Largest offset, metres.
 override RADIUS: f32;
-// Length of a move after which a vertex without a plane may have come into the body, metres.
-const LONG_MOVE = 0.01;
 // Place in `vectors` of the share of a given displacement that is left.
 override SHARE: u32;
 
@@ -119,6 +117,10 @@ fn stay_above(@builtin(global_invocation_id) id: vec3<u32>) {
     let plane = planes[i];
     shift(i, plane.xyz * max(plane.w - dot(plane.xyz, projected[i].xyz), 0.0));
 }
+
+// Length of a move after which a vertex without a plane may have come into the body, metres. Such a
+// vertex was higher than PLANE_REACH of `planes.wgsl`, which is twice as long.
+const LONG_MOVE = 0.01;
 
 // Shows what the sweeps have left, if intersection handling has moved any vertex, and marks those
 // that have moved far. Vertices at one place move together.

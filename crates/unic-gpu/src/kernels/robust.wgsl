@@ -76,7 +76,8 @@ struct Contact {
 // `seeds` continues behind the nearest items. Devices promise no more than eight storage buffers a
 // kernel, and `push` uses all of them.
 
-// Index in `seeds` of a vertex's mark: 1 for a vertex that was moved, then for one with a plane.
+// Index in `seeds` of a vertex's mark: 1 for a vertex that was moved, then for one with a plane or
+// that sweeps have moved far, see `store_shown`.
 fn mark(i: u32) -> u32 {
     return VERTICES + i;
 }

@@ -1,15 +1,12 @@
 //! Planes that keep vertices outside of the body while their edges get their lengths back.
 
-use super::{CHUNK, CollisionScene, DisplayPass};
+use super::{CHUNK, CollisionScene, DisplayPass, LIMB_RADIUS_M};
 use crate::{aabb_tree::LANES, parallel::for_each_chunk, projection::ContactPlane};
 use glam::Vec3;
 
 /// Height over the body above which a vertex needs no plane, metres. The sweeps that follow move
 /// most vertices by millimetres.
 const REACH_M: f32 = 0.02;
-
-/// Length of a move after which a vertex without a plane may have come into the body, metres.
-const LONG_MOVE_M: f32 = 0.5 * REACH_M;
 
 impl DisplayPass {
     /// Returns whether the last pass has moved any vertex.
@@ -35,8 +32,8 @@ impl DisplayPass {
         });
     }
 
-    /// Corrects each vertex with a plane by itself, after it was moved along the body, and each that
-    /// was moved far.
+    /// Pushes vertices off the body once more, each by itself: those with a plane, and those that
+    /// have moved since the last pass by more than their height over the margin.
     pub(crate) fn push_out_again(
         &mut self,
         scene: CollisionScene,
@@ -46,21 +43,14 @@ impl DisplayPass {
         let packets = scene.body.contact_filter().garment_packets();
         for (packet, vertices) in packets.vertices().chunks(LANES).enumerate() {
             let slots = packet * LANES..packet * LANES + vertices.len();
-            let summary = &mut self.summaries[packet];
-            let before = match summary.is_moving {
-                true => &self.shown[slots.clone()],
-                false => &self.at[slots.clone()],
-            };
-            let to_recheck = &mut self.to_recheck[slots];
-            for ((at, &vertex), before) in to_recheck.iter_mut().zip(vertices).zip(before) {
+            for (slot, &vertex) in slots.clone().zip(vertices) {
                 // Empty slots have no vertex.
                 let moved = positions.get(vertex as usize).zip(planes.get(vertex as usize));
-                let moved = moved.filter(|(now, plane)| {
-                    **plane != ContactPlane::NONE || now.distance(*before) > LONG_MOVE_M
-                });
-                *at = moved.map_or(Vec3::NAN, |(now, _)| *now);
+                let at = moved
+                    .filter(|(now, plane)| **plane != ContactPlane::NONE || self.may_be_low(slot, **now));
+                self.to_recheck[slot] = at.map_or(Vec3::NAN, |(now, _)| *now);
             }
-            summary.is_moving = to_recheck.iter().any(|at| at.is_finite());
+            self.summaries[packet].is_moving = self.to_recheck[slots].iter().any(|at| at.is_finite());
         }
         let is_moving = |packet: usize| self.summaries[packet].is_moving;
         (self.rule).find_contacts(scene.body, &self.to_recheck, is_moving, &mut self.contacts);
@@ -71,6 +61,21 @@ impl DisplayPass {
                 *position = self.contacts[slot].corrected.unwrap_or(*position);
             }
         }
+    }
+
+    /// Returns whether a vertex may be below the margin at `now`, after the last pass has shown it
+    /// elsewhere.
+    fn may_be_low(&self, slot: usize, now: Vec3) -> bool {
+        let height_m = match self.contacts[slot].height_m {
+            // The vertex was too high to be searched for where it was shown.
+            height_m if height_m.is_nan() => LIMB_RADIUS_M,
+            height_m => height_m,
+        };
+        // The height belongs to one of these places. `shown` is valid in packets that have moved.
+        let is_moving = self.summaries[slot / LANES].is_moving;
+        let places = [Some(self.at[slot]), is_moving.then(|| self.shown[slot])];
+        let mut distances = places.into_iter().flatten().map(|place| now.distance(place));
+        distances.any(|moved_m| moved_m > height_m - self.rule.margin_m)
     }
 
     fn plane(&self, scene: CollisionScene, slot: usize, at: Vec3) -> ContactPlane {
