@@ -19,7 +19,7 @@ fn vertices_that_sweeps_have_drawn_into_the_body_from_afar_are_pushed_out_again(
     pass.apply(posed, &mut shown);
     let mut planes = Vec::new();
     pass.contact_planes(posed, &shown, &mut planes);
-    let drawn = |v: usize| planes[v] == ContactPlane::NONE && v % 2 == 0;
+    let drawn = |v: usize| planes[v] == ContactPlane::NONE && v.is_multiple_of(2);
     let has_spread = |v: usize| shown[v] != rest[v];
     assert!((0..shown.len()).any(|v| drawn(v) && has_spread(v)));
     assert!((0..shown.len()).any(|v| drawn(v) && !has_spread(v)));
