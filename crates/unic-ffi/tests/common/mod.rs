@@ -11,7 +11,7 @@ use std::{
     sync::Arc,
 };
 use unic::*;
-use unic_core::{Animator, Model, Pose, Start, StepInput, TickInterpolator};
+use unic_core::{Animator, Model, Pose, Start, StepInput, TickInterpolator, config::StateConfig};
 
 /// Garment that comes with the program.
 pub(crate) fn garment_path() -> PathBuf {
@@ -24,9 +24,13 @@ pub(crate) fn core_model() -> Arc<Model> {
 }
 
 /// The same garment with a field that moves it: training has scaled that of the shipped one by 0, so
-/// that neither precision nor sampling would change anything.
+/// that neither precision nor sampling would change anything. Given displacements then do not stay.
 pub(crate) fn lively_model() -> Arc<Model> {
     let mut parts = core_model().to_parts();
+    let StateConfig::Displacement(displacement) = &mut parts.config.state else {
+        panic!("expected a displacement from a prior")
+    };
+    displacement.excursion_m = None;
     let last = parts.field.last_mut().unwrap();
     let mut noise = 1u32;
     for weight in &mut last.weight {
