@@ -297,6 +297,20 @@ fn coarse_levels_keep_fixed_vertices_and_seams() {
 }
 
 #[test]
+fn the_same_mesh_keeps_every_limit() {
+    let mesh = sheet(40);
+    let pairs = limited_pairs(&config(), &mesh);
+    let limit = |i: usize| StrainLimit {
+        shortest: 0.01 + 1e-5 * (i % 7) as f32,
+        longest: 0.02 + 1e-5 * (i % 5) as f32,
+    };
+    let limits: Vec<StrainLimit> = (0..pairs.len()).map(limit).collect();
+    let projection = StrainProjection::new(config(), &mesh, None, limits.clone()).unwrap();
+    let map = SurfaceMap::new(&mesh, &mesh.vertices).unwrap();
+    assert_eq!(projection.limits_on_mesh(&mesh, &mesh, &map).unwrap(), limits);
+}
+
+#[test]
 fn chord_limits_move_to_another_mesh_as_strains() {
     let mesh = sheet(40);
     let config = config();

@@ -17,7 +17,8 @@ impl StrainProjection {
     ///
     /// `map` leads from this garment's rest shape to the vertices of `mesh`. Limits are transferred
     /// as strains: means over the edges at each vertex, interpolated at the ends of each new edge,
-    /// and means over the chords at the nearest samples of a level with about as many.
+    /// and means over the chords at the nearest samples of a level with about as many. The mesh of
+    /// the garment itself keeps the limits as they are.
     ///
     /// # Errors
     /// A map from a mesh with another number of vertices.
@@ -28,6 +29,9 @@ impl StrainProjection {
         map: &SurfaceMap,
     ) -> Result<Vec<StrainLimit>, SurfaceMapError> {
         let shortest = map.interpolate_scalars(&self.vertex_stretch(rest, |l| l.shortest))?;
+        if mesh.vertices == rest.vertices && mesh.faces == rest.faces {
+            return Ok(self.limits.clone());
+        }
         let longest = map.interpolate_scalars(&self.vertex_stretch(rest, |l| l.longest))?;
         let limit = |&[a, b]: &[u32; 2]| {
             let (a, b) = (a as usize, b as usize);
