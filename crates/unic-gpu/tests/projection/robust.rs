@@ -28,9 +28,9 @@ fn robust(corrects: Corrects) -> IntersectionMode {
 /// Numbers of pushes.
 #[derive(Default)]
 struct Pushes {
-    /// By the first pass.
+    /// Vertices that the first pass has pushed.
     moved: usize,
-    /// After the sweeps, of vertices that had been too high for a plane.
+    /// Vertices pushed after the sweeps that had been too high for a plane.
     from_afar: usize,
 }
 
