@@ -21,17 +21,18 @@ impl StrainProjection {
     /// the garment itself keeps the limits as they are.
     ///
     /// # Errors
-    /// A map from a mesh with another number of vertices.
+    /// A map to another mesh, from one with another number of vertices.
     pub(crate) fn limits_on_mesh(
         &self,
         rest: &TriMesh,
         mesh: &TriMesh,
         map: &SurfaceMap,
     ) -> Result<Vec<StrainLimit>, SurfaceMapError> {
-        let shortest = map.interpolate_scalars(&self.vertex_stretch(rest, |l| l.shortest))?;
+        // Means would differ from the limits of the single pairs.
         if mesh.vertices == rest.vertices && mesh.faces == rest.faces {
             return Ok(self.limits.clone());
         }
+        let shortest = map.interpolate_scalars(&self.vertex_stretch(rest, |l| l.shortest))?;
         let longest = map.interpolate_scalars(&self.vertex_stretch(rest, |l| l.longest))?;
         let limit = |&[a, b]: &[u32; 2]| {
             let (a, b) = (a as usize, b as usize);

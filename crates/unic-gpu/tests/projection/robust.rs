@@ -42,15 +42,14 @@ fn shown(model: &Model, handling: &Handling, positions: &mut [Vec3]) -> Pushes {
         panic!()
     };
     let push = |vertex: usize, p: Vec3| handling.correct(vertex, p, &mut { Handling::NO_SEED });
-    let mut moved = 0;
-    let mut from_afar = 0;
+    let mut pushes = Pushes::default();
     for (vertex, p) in positions.iter_mut().enumerate() {
         let out = push(vertex, *p);
-        moved += usize::from(out.is_some());
+        pushes.moved += usize::from(out.is_some());
         *p = out.unwrap_or(*p);
     }
-    if moved == 0 {
-        return Pushes { moved, from_afar };
+    if pushes.moved == 0 {
+        return pushes;
     }
     let planes: Vec<_> = (positions.iter().enumerate())
         .map(|(vertex, &p)| plane(body, rule.margin_m, vertex, p))
@@ -78,10 +77,10 @@ fn shown(model: &Model, handling: &Handling, positions: &mut [Vec3]) -> Pushes {
         let p = relaxed[first as usize];
         let may_be_low = planes[vertex].is_some() || p.distance(positions[vertex]) > 0.01;
         let out = may_be_low.then(|| push(vertex, p)).flatten();
-        from_afar += usize::from(planes[vertex].is_none() && out.is_some());
+        pushes.from_afar += usize::from(planes[vertex].is_none() && out.is_some());
         positions[vertex] = out.unwrap_or(p);
     }
-    Pushes { moved, from_afar }
+    pushes
 }
 
 /// Normal and height of the plane of a vertex near the body.
