@@ -45,7 +45,7 @@ mod robust;
 mod tests;
 
 pub use contact_filter::ContactFilter;
-pub use display::{CollisionScene, DisplayPass};
+pub use display::{CollisionScene, DisplayPass, SkinnedGarment};
 pub use garment_handling::GarmentHandling;
 pub(crate) use garment_handling::pose_body;
 pub use layers::{Layers, LayersError};

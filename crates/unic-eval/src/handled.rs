@@ -16,6 +16,7 @@ use unic_core::{
 #[derive(Clone, Debug)]
 pub struct IntersectionHandler {
     character: Arc<Character>,
+    garment: Arc<Garment>,
     handling: GarmentHandling,
 }
 
@@ -28,6 +29,7 @@ impl IntersectionHandler {
         }
         Some(Self {
             character: Arc::new(character.clone()),
+            garment: Arc::new(garment.clone()),
             handling: GarmentHandling::new(mode, character, garment),
         })
     }
@@ -66,11 +68,15 @@ impl<P: Predictor> Predictor for HandledPredictor<P> {
         positions: &mut Vec<Vec3>,
     ) -> Result<(), PredictorError> {
         self.inner.predict(clip, frame, positions)?;
-        let IntersectionHandler { character, handling } = &mut self.handler;
+        let IntersectionHandler {
+            character,
+            garment,
+            handling,
+        } = &mut self.handler;
         // The body is the character's by linear blend skinning, as in an animator, also where the
         // clip has its own.
         handling.pose(character, clip.kinematics.world_from_rest(frame));
-        handling.apply(positions);
+        handling.apply(garment, positions);
         Ok(())
     }
 }

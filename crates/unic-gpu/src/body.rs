@@ -3,16 +3,15 @@
 mod robust;
 
 use crate::{
-    GpuContext, GpuError,
+    GpuContext, GpuError, GpuModel,
     animator::Buffers,
     garment::is_in_frame,
     kernel::{Dispatch, GROUP, Kernel, Source},
     mesh::{Mesh, SHOWN_BYTES},
-    projection::Projection,
     tree::{Items, Tree},
 };
 use robust::RobustRule;
-use unic_core::Model;
+use unic_core::{Corrects, Model};
 use wgpu::{Buffer, BufferUsages};
 
 /// WGSL that the kernels of both rules share.
@@ -92,17 +91,17 @@ impl Body {
     /// Makes the dispatches that move shown positions out of the body by the robust rule.
     pub(crate) fn robust(
         &self,
-        context: &GpuContext,
+        asset: &GpuModel,
         buffers: &Buffers,
-        model: &Model,
-        projection: Option<&Projection>,
+        corrects: Corrects,
     ) -> Result<Handling, GpuError> {
-        let rule = &self.robust;
-        let scratch = Scratch::new(context, self, &rule.tree, model);
+        let (rule, context) = (&self.robust, &asset.context);
+        let scratch = Scratch::new(context, self, &rule.tree, &asset.model);
+        let projection = asset.projection.as_ref();
         let relax = projection.map(|projection| rule.relax(context, buffers, &scratch, projection));
         Ok(Handling {
             pose: self.pose(&buffers.tick, &scratch, &rule.tree, Some(&rule.faces))?,
-            correct: rule.correct(buffers, &scratch)?,
+            correct: rule.correct(corrects, buffers, &scratch)?,
             relax: relax.transpose()?.unwrap_or_default(),
         })
     }

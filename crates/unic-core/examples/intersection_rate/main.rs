@@ -90,8 +90,12 @@ fn run(scene: &Scene, times: &mut Times, hasher: &mut DefaultHasher) {
             body: &body,
             vertices: &frame.body,
             colliders: &[],
+            skinned: None,
         };
-        times.stage("contacts", || display.find_corrections(collisions, &positions));
+        times.stage("contacts", || {
+            display.find_contacts(collisions, &mut positions);
+            display.find_corrections(collisions);
+        });
         times.stage("lift faces", || display.lift_faces(collisions));
         times.stage("smooth", || {
             display.spread_corrections(collisions, &mut positions)

@@ -155,13 +155,13 @@ impl Animator {
             let Intersections {
                 handling, colliders, ..
             } = intersections;
-            handling.correct_for_display(colliders, &mut scratch.positions);
+            handling.correct_for_display(&model.garment, colliders, &mut scratch.positions);
             // Corrections stretch the edges around them.
             if let Some(projection) = &model.projection
                 && handling.contact_planes(&scratch.positions, &mut scratch.planes)
             {
                 projection.relax(&scratch.planes, &mut scratch.positions, &mut scratch.projection);
-                handling.push_out_again(&scratch.planes, &mut scratch.positions);
+                handling.push_out_again(colliders, &scratch.planes, &mut scratch.positions);
             }
         }
     }

@@ -9,6 +9,7 @@ mod layer_order;
 mod neighbours;
 mod packet_summary;
 mod poke_through;
+mod retraction;
 mod smoothing;
 mod stretched_faces;
 
@@ -18,6 +19,7 @@ use crate::{
     character::Garment,
     collider::Collider,
     parallel::{for_each, for_each_chunk},
+    transform::Rigid,
 };
 use corrections::Corrections;
 use face_lifting::{FaceLifting, VertexContacts};
@@ -72,6 +74,26 @@ pub struct CollisionScene<'a> {
     pub vertices: &'a [Vec3],
     /// Ground and props in the same frame.
     pub colliders: &'a [Collider],
+    /// Garment without displacements, to which cloth deep inside the body is drawn back; none
+    /// leaves such cloth to the shortest ways out.
+    pub skinned: Option<SkinnedGarment<'a>>,
+}
+
+/// Garment that moves by linear blend skinning alone.
+#[derive(Clone, Copy, Debug)]
+pub struct SkinnedGarment<'a> {
+    /// Garment with its rest shape and weights.
+    pub garment: &'a Garment,
+    /// Transforms of the joints, in the frame of the scene.
+    pub world_from_rest: &'a [Rigid],
+}
+
+impl SkinnedGarment<'_> {
+    /// Returns the skinned position of a vertex, metres.
+    fn position(&self, vertex: usize) -> Vec3 {
+        let Garment { weights, rest, .. } = self.garment;
+        weights.position(vertex, rest.vertices[vertex], self.world_from_rest)
+    }
 }
 
 impl DisplayPass {
@@ -106,16 +128,25 @@ impl DisplayPass {
 
     /// Moves world positions, metres, to where they are shown.
     pub fn apply(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
-        self.find_corrections(scene, positions);
+        self.find_contacts(scene, positions);
+        self.find_corrections(scene);
         self.lift_faces(scene);
         self.spread_corrections(scene, positions);
         self.order_layers(scene, positions);
     }
 
-    /// Finds the correction of each vertex by itself.
-    pub fn find_corrections(&mut self, scene: CollisionScene, positions: &[Vec3]) {
+    /// Finds the contact of each vertex with the body, and draws those that are deep inside of it
+    /// back.
+    pub fn find_contacts(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
         self.load_positions(scene.body, positions);
         (self.rule).find_contacts(scene.body, &self.at, |_| true, &mut self.contacts);
+        if let Some(skinned) = scene.skinned {
+            self.retract_deep(scene.body, skinned, positions);
+        }
+    }
+
+    /// Finds the correction of each vertex by itself.
+    pub fn find_corrections(&mut self, scene: CollisionScene) {
         if !scene.colliders.is_empty() {
             let (at, rule) = (&self.at, self.rule);
             for_each_chunk(&mut self.contacts, CHUNK, |first, contacts| {

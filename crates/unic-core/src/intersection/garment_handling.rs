@@ -1,6 +1,6 @@
 //! Intersection handling of all vertices of a garment.
 
-use super::{CollisionScene, DisplayPass, Handling, Layers};
+use super::{CollisionScene, DisplayPass, Handling, Layers, SkinnedGarment};
 use crate::{
     character::{Character, Garment},
     collider::Collider,
@@ -36,7 +36,7 @@ use glam::Vec3;
 /// handling.pose(&character, &[Rigid::IDENTITY]);
 /// let mut positions = vec![Vec3::splat(2.0); 4];
 /// positions[0] = Vec3::new(0.2, 0.2, 0.001);
-/// handling.apply(&mut positions);
+/// handling.apply(&garment, &mut positions);
 /// assert!(positions[0].z < -0.002);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -47,6 +47,8 @@ pub struct GarmentHandling {
     display: Option<Box<DisplayPass>>,
     /// Posed body, world space, metres.
     body_vertices: Vec<Vec3>,
+    /// Transforms of the joints with which the body is posed.
+    world_from_rest: Vec<Rigid>,
 }
 
 impl GarmentHandling {
@@ -63,6 +65,7 @@ impl GarmentHandling {
             handling,
             display,
             body_vertices: Vec::new(),
+            world_from_rest: Vec::new(),
         }
     }
 
@@ -90,6 +93,8 @@ impl GarmentHandling {
     /// When the number of body vertices differs from that of the character it was made for.
     pub fn pose(&mut self, character: &Character, world_from_rest: &[Rigid]) {
         pose_body(character, world_from_rest, &mut self.body_vertices);
+        self.world_from_rest.clear();
+        self.world_from_rest.extend_from_slice(world_from_rest);
         self.handling.pose(character, &self.body_vertices);
     }
 
@@ -107,6 +112,7 @@ impl GarmentHandling {
                     body,
                     vertices: &self.body_vertices,
                     colliders: &[],
+                    skinned: None,
                 };
                 display.contact_planes(scene, positions, planes);
                 true
@@ -115,34 +121,49 @@ impl GarmentHandling {
         }
     }
 
-    /// Pushes shown vertices off the body once more, each by itself: those with
-    /// [planes](Self::contact_planes), and those that sweeps have moved far.
-    pub(crate) fn push_out_again(&mut self, planes: &[ContactPlane], positions: &mut [Vec3]) {
-        if let (Handling::Robust(_, body), Some(display)) = (&self.handling, &mut self.display) {
-            let scene = CollisionScene {
-                body,
-                vertices: &self.body_vertices,
-                colliders: &[],
-            };
-            display.push_out_again(scene, planes, positions);
-        }
-    }
-
-    /// Moves shown world positions, metres, off the body and the colliders.
-    pub(crate) fn correct_for_display(&mut self, colliders: &[Collider], positions: &mut [Vec3]) {
+    /// Pushes shown vertices off the body and the colliders once more, each by itself: those with
+    /// [planes](Self::contact_planes), and those that sweeps have moved far. Lifts faces again.
+    pub(crate) fn push_out_again(
+        &mut self,
+        colliders: &[Collider],
+        planes: &[ContactPlane],
+        positions: &mut [Vec3],
+    ) {
         if let (Handling::Robust(_, body), Some(display)) = (&self.handling, &mut self.display) {
             let scene = CollisionScene {
                 body,
                 vertices: &self.body_vertices,
                 colliders,
+                skinned: None,
+            };
+            display.push_out_again(scene, planes, positions);
+        }
+    }
+
+    /// Moves shown world positions of the garment, metres, off the body and the colliders.
+    pub(crate) fn correct_for_display(
+        &mut self,
+        garment: &Garment,
+        colliders: &[Collider],
+        positions: &mut [Vec3],
+    ) {
+        if let (Handling::Robust(_, body), Some(display)) = (&self.handling, &mut self.display) {
+            let scene = CollisionScene {
+                body,
+                vertices: &self.body_vertices,
+                colliders,
+                skinned: Some(SkinnedGarment {
+                    garment,
+                    world_from_rest: &self.world_from_rest,
+                }),
             };
             display.apply(scene, positions);
         }
     }
 
-    /// Corrects world positions of the garment on the posed body, metres, as the animator corrects
-    /// the output of its model.
-    pub fn apply(&mut self, positions: &mut [Vec3]) {
+    /// Corrects world positions of the garment that the handling was made for on the posed body,
+    /// metres, as the animator corrects the output of its model.
+    pub fn apply(&mut self, garment: &Garment, positions: &mut [Vec3]) {
         if self.mode.corrects_state() {
             let handling = &self.handling;
             for_each_chunk(positions, VERTICES_PER_TASK, |first, chunk| {
@@ -153,7 +174,7 @@ impl GarmentHandling {
                 }
             });
         }
-        self.correct_for_display(&[], positions);
+        self.correct_for_display(garment, &[], positions);
     }
 }
 

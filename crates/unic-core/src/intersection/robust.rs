@@ -10,6 +10,7 @@ use glam::Vec3;
 
 mod fold_cache;
 mod group;
+mod retraction;
 mod sinking;
 
 use fold_cache::FoldCache;
@@ -165,6 +166,22 @@ impl RobustIntersection {
         let contact = self.find_contact(body, vertex, p, *seed);
         *seed = contact.face;
         contact.corrected
+    }
+
+    /// Returns the corrected position of a shown vertex by itself, as [`correct`](Self::correct),
+    /// after cloth deep inside the body is drawn back towards `skinned`, the vertex's position by
+    /// linear blend skinning.
+    pub fn correct_shown(
+        &self,
+        body: &RobustBody,
+        vertex: usize,
+        p: Vec3,
+        skinned: Vec3,
+        seed: &mut u32,
+    ) -> Option<Vec3> {
+        let retracted = self.retract(body, vertex, p, skinned, *seed);
+        let corrected = self.correct(body, vertex, retracted.unwrap_or(p), seed);
+        corrected.or(retracted)
     }
 
     /// Finds the contact of garment vertex `vertex` at `p` with the body.

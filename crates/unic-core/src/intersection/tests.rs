@@ -20,6 +20,7 @@ use std::sync::Arc;
 mod again;
 mod coherence;
 mod creases;
+mod retraction;
 mod stretched_faces;
 
 /// Height to which vertices are pushed, metres.
@@ -97,6 +98,7 @@ fn shown_with_colliders(
         body,
         vertices: body_vertices,
         colliders,
+        skinned: None,
     };
     DisplayPass::new(RULE, garment, body).apply(posed, &mut positions);
     positions
@@ -450,6 +452,7 @@ fn layers_are_brought_into_order_and_stay_in_it() {
         body: &body,
         vertices: &ball.vertices,
         colliders: &[],
+        skinned: None,
     };
     let mut pass = DisplayPass::new(RULE, &garment, &body);
     pass.set_layers(&layers);

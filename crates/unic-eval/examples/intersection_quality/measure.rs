@@ -58,6 +58,7 @@ impl Corrected {
             body: &self.body,
             vertices: body,
             colliders: &[],
+            skinned: None,
         };
         self.pass.apply(posed, &mut self.positions);
         &self.positions

@@ -43,9 +43,7 @@ impl Programs {
             handling: match mode {
                 IntersectionMode::Off => None,
                 IntersectionMode::Paper { .. } => Some(body.paper(context, buffers, model)?),
-                IntersectionMode::Robust { .. } => {
-                    Some(body.robust(context, buffers, model, asset.projection.as_ref())?)
-                }
+                IntersectionMode::Robust { corrects, .. } => Some(body.robust(asset, buffers, corrects)?),
             },
             mode,
         };

@@ -10,7 +10,7 @@ use crate::{
 };
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use unic_core::{Model, intersection::ContactFilter, topology::weld};
+use unic_core::{Corrects, Model, intersection::ContactFilter, topology::weld};
 use wgpu::{Buffer, BufferUsages};
 
 /// Robust intersection handling, for each vertex by itself. Asset.
@@ -23,6 +23,8 @@ pub(super) struct RobustRule {
     /// Faces around vertices and sets of joints, see `robust.wgsl`.
     tables: Buffer,
     push: Kernel,
+    /// Push of shown positions, which are retracted first.
+    push_shown: Kernel,
     /// Kernels of the relaxation after the pushes; none without a strain projection.
     relaxation: Option<Relaxation>,
 }
@@ -91,6 +93,7 @@ impl RobustRule {
         Ok(Self {
             vertices: model.vertex_count(),
             relaxation: model.projection().map(|_| relaxation()),
+            push_shown: kernel("push", &[&push[..], &[("RETRACT", 1.0)]].concat()),
             push: kernel("push", &push),
             faces: context.upload("faces", &faces),
             tables: context.upload("tables", &tables),
@@ -98,9 +101,18 @@ impl RobustRule {
         })
     }
 
-    /// Makes the dispatch that moves shown positions out of the body.
-    pub(super) fn correct(&self, buffers: &Buffers, scratch: &Scratch) -> Result<Dispatch, GpuError> {
-        self.push(&self.push, buffers, scratch)
+    /// Makes the dispatch that moves shown positions out of the body. States may take them over.
+    pub(super) fn correct(
+        &self,
+        corrects: Corrects,
+        buffers: &Buffers,
+        scratch: &Scratch,
+    ) -> Result<Dispatch, GpuError> {
+        let kernel = match corrects {
+            Corrects::State => &self.push,
+            Corrects::Display => &self.push_shown,
+        };
+        self.push(kernel, buffers, scratch)
     }
 
     /// Makes the dispatches that bring edges back towards their limits after the pushes, and push

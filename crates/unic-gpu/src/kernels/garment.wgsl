@@ -134,7 +134,8 @@ fn clear_velocities(@builtin(global_invocation_id) id: vec3<u32>) {
     states[i].previous = states[i].value;
 }
 
-// Computes the shown positions from the states.
+// Computes the shown positions from the states. The places of the normals, which are computed last,
+// hold the skinned positions until then, see `robust.wgsl`.
 @compute @workgroup_size(64)
 fn write_positions(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
@@ -145,4 +146,8 @@ fn write_positions(@builtin(global_invocation_id) id: vec3<u32>) {
     shown[6u * i] = world.x;
     shown[6u * i + 1u] = world.y;
     shown[6u * i + 2u] = world.z;
+    let skinned = points[i].now;
+    shown[6u * i + 3u] = skinned.x;
+    shown[6u * i + 4u] = skinned.y;
+    shown[6u * i + 5u] = skinned.z;
 }

@@ -10,6 +10,8 @@ override AROUND: u32;
 override PUSHING: u32;
 // True for a second push, of the vertices that are marked alone.
 override AGAIN: bool = false;
+// True if vertices deep inside the body are drawn towards their skinned positions first.
+override RETRACT: bool = false;
 
 // Ratio of height to longest edge below which a triangle is treated as its edges.
 const MIN_RELATIVE_HEIGHT = 1e-4;
@@ -23,6 +25,13 @@ const MAX_ITERATIONS = 4u;
 const TOLERANCE = 1e-5;
 // Largest gap of a fold between parts that face each other, metres.
 const FOLD_GAP = 0.006;
+// Depths over which retraction sets in, metres.
+const MIN_RETRACTED_DEPTH = 0.01;
+const FULLY_RETRACTED_DEPTH = 0.02;
+// Largest number of steps of a retraction.
+const MAX_STEPS = 8u;
+// Distance from the margin at which a retracted vertex has arrived, metres.
+const ARRIVED = 1e-3;
 // Length of the rays through the inside of a body, metres.
 const REACH = 0.35;
 // Largest cosine between the normals of two parts that face each other.
@@ -65,7 +74,8 @@ struct Contact {
     height: f32,
 }
 
-// Positions and normals of the garment, world space.
+// Positions of the garment, world space. The places of the normals hold the skinned positions until
+// the normals are computed.
 @group(0) @binding(9) var<storage, read_write> shown: array<f32>;
 @group(0) @binding(14) var<storage, read> faces: array<Face>;
 // Faces around welded vertex i are `tables[AROUND + k]` for k from `tables[i]` to `tables[i + 1]`.
@@ -309,6 +319,48 @@ fn shown_position(i: u32) -> vec3<f32> {
     return vec3<f32>(shown[6u * i], shown[6u * i + 1u], shown[6u * i + 2u]);
 }
 
+fn skinned_position(i: u32) -> vec3<f32> {
+    return vec3<f32>(shown[6u * i + 3u], shown[6u * i + 4u], shown[6u * i + 5u]);
+}
+
+// Moves a vertex. `face` is the one at the new position: planes belong to it.
+fn show(i: u32, face: u32, p: vec3<f32>) {
+    seeds[i] = face;
+    seeds[mark(i)] = 1u;
+    shown[6u * i] = p.x;
+    shown[6u * i + 1u] = p.y;
+    shown[6u * i + 2u] = p.z;
+}
+
+// Position of a vertex deep inside the body on its way to its skinned position, at the skin;
+// `around` is its contact.
+fn retracted(p: vec3<f32>, around: Contact, margin: f32) -> vec3<f32> {
+    let way = skinned_position(pushed_vertex) - p;
+    let size = length(way);
+    let share = smoothstep(MIN_RETRACTED_DEPTH, FULLY_RETRACTED_DEPTH, -around.height);
+    if (share == 0.0 || !(size > 0.0) || is_folded(around.face)) {
+        return p;
+    }
+    var travelled = 0.0;
+    var at = around;
+    for (var step = 0u; step < MAX_STEPS; step++) {
+        travelled = min(travelled + margin - at.height, size);
+        if (travelled == size) {
+            break;
+        }
+        let place = p + way * (travelled / size);
+        let face = nearest(place, at.face);
+        if (face == NO_ITEM) {
+            return p;
+        }
+        at = contact(place, face);
+        if (at.height > margin - ARRIVED) {
+            break;
+        }
+    }
+    return p + way * (share * travelled / size);
+}
+
 @compute @workgroup_size(64)
 fn push(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
@@ -327,7 +379,17 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
     if (face == NO_ITEM) {
         return;
     }
-    var out = push_out(contact(p, face), p, margin);
+    var around = contact(p, face);
+    if (RETRACT && around.height < -MIN_RETRACTED_DEPTH) {
+        let drawn = retracted(p, around, margin);
+        if (any(drawn != p)) {
+            p = drawn;
+            face = nearest(p, face);
+            around = contact(p, face);
+            show(i, face, p);
+        }
+    }
+    var out = push_out(around, p, margin);
     if (!out.exists || is_folded(face)) {
         return;
     }
@@ -345,10 +407,5 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         p = select(0.5 * (p + out.to), out.to, iteration < MAX_ITERATIONS);
     }
-    // The face at the new position: planes belong to it.
-    seeds[i] = face;
-    seeds[mark(i)] = 1u;
-    shown[6u * i] = p.x;
-    shown[6u * i + 1u] = p.y;
-    shown[6u * i + 2u] = p.z;
+    show(i, face, p);
 }

@@ -1,6 +1,6 @@
 //! Planes that keep vertices outside of the body while their edges get their lengths back.
 
-use super::{CHUNK, CollisionScene, DisplayPass, LIMB_RADIUS_M};
+use super::{CHUNK, CollisionScene, DisplayPass, LIMB_RADIUS_M, collider_lifts};
 use crate::{aabb_tree::LANES, parallel::for_each_chunk, projection::ContactPlane};
 use glam::Vec3;
 
@@ -33,7 +33,8 @@ impl DisplayPass {
     }
 
     /// Pushes vertices off the body once more, each by itself: those with a plane, and those that
-    /// have moved since the last pass by more than their height over the margin.
+    /// have moved since the last pass by more than their height over the margin. All are pushed out
+    /// of the colliders, and faces are lifted again.
     pub(crate) fn push_out_again(
         &mut self,
         scene: CollisionScene,
@@ -52,15 +53,56 @@ impl DisplayPass {
             }
             self.summaries[packet].is_moving = self.to_recheck[slots].iter().any(|at| at.is_finite());
         }
+        self.push_out_marked(scene, positions);
+        self.lift_faces_again(scene, positions);
+    }
+
+    /// Pushes the vertices whose positions are in `to_recheck` off the body, and all out of the
+    /// colliders.
+    fn push_out_marked(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
         let is_moving = |packet: usize| self.summaries[packet].is_moving;
         (self.rule).find_contacts(scene.body, &self.to_recheck, is_moving, &mut self.contacts);
-        let slots = packets.slots();
+        let slots = scene.body.contact_filter().garment_packets().slots();
         for (position, &slot) in positions.iter_mut().zip(slots) {
             let slot = slot as usize;
             if self.to_recheck[slot].is_finite() {
                 *position = self.contacts[slot].corrected.unwrap_or(*position);
             }
+            let out = collider_lifts::push_out_of_all(scene.colliders, *position, self.rule.margin_m);
+            *position = out.unwrap_or(*position);
         }
+    }
+
+    /// Lifts faces through which the body has come since the last pass, without their neighbours.
+    fn lift_faces_again(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
+        self.load_positions(scene.body, positions);
+        let Self {
+            face_lifting,
+            neighbours,
+            at,
+            contacts,
+            ..
+        } = self;
+        let Some(lifts) = face_lifting.lift_again(scene, neighbours, at, contacts) else {
+            return;
+        };
+        for (packet, summary) in self.summaries.iter_mut().enumerate() {
+            let slots = packet * LANES..(packet + 1) * LANES;
+            summary.is_moving = false;
+            for slot in slots {
+                let lift = lifts.at(neighbours.welded_slot(slot));
+                let is_lifted = lift != Vec3::ZERO && at[slot].is_finite();
+                self.to_recheck[slot] = if is_lifted { at[slot] + lift } else { Vec3::NAN };
+                summary.is_moving |= is_lifted;
+            }
+        }
+        let slots = scene.body.contact_filter().garment_packets().slots();
+        for (position, &slot) in positions.iter_mut().zip(slots) {
+            let lifted = self.to_recheck[slot as usize];
+            *position = if lifted.is_finite() { lifted } else { *position };
+        }
+        // A lift may lead into another part of the body.
+        self.push_out_marked(scene, positions);
     }
 
     /// Returns whether a vertex may be below the margin at `now`, after the last pass has shown it

@@ -7,8 +7,8 @@ use super::{
     corrections::Corrections,
     neighbours::Neighbours,
     packet_summary::PacketSummary,
-    poke_through::{LiftContext, PokeThroughs},
-    stretched_faces::StretchedFaces,
+    poke_through::{FaceLift, LiftContext, PokeThroughs},
+    stretched_faces::{MIN_STRETCH, StretchedFaces},
 };
 use crate::{aabb_tree::LANES, character::Garment, parallel::for_each_chunk};
 use glam::Vec3;
@@ -17,6 +17,12 @@ use glam::Vec3;
 ///
 /// It is less than one so that a flat face over slightly curved skin is left alone.
 const FACE_HEIGHT_FRACTION: f32 = 0.5;
+
+/// Stretch from which faces are lifted again after sweeps.
+///
+/// Lifts without their neighbours stretch edges, and most of what comes through cloth that is less
+/// stretched is hidden under the arms.
+const MIN_STRETCH_AGAIN: f32 = 1.5;
 
 /// Number of rounds: a face lifted over one vertex moves its corners over others.
 const ROUNDS: usize = 2;
@@ -31,6 +37,8 @@ pub(super) struct FaceLifting {
     stretched_faces: StretchedFaces,
     /// Lifts of the current round.
     lifts: Corrections,
+    /// Whether the last pass has lifted any face.
+    has_lifted: bool,
     /// Corrected positions by slot, metres.
     corrected: Vec<Vec3>,
 }
@@ -65,6 +73,7 @@ impl FaceLifting {
             poke_throughs: PokeThroughs::new(filter.lifting_vertices().len()),
             collider_lifts: ColliderLifts::default(),
             lifts: Corrections::new(slots),
+            has_lifted: false,
             corrected: vec![Vec3::ZERO; slots],
         }
     }
@@ -81,6 +90,7 @@ impl FaceLifting {
         vertices: VertexContacts,
         corrections: &mut Corrections,
     ) {
+        self.has_lifted = false;
         for round in 0..ROUNDS {
             self.update_positions(round, vertices, corrections);
             self.find(round, scene, vertices);
@@ -88,7 +98,40 @@ impl FaceLifting {
                 break;
             }
             corrections.add(&self.lifts);
+            self.has_lifted = true;
         }
+    }
+
+    /// Lifts stretched faces out of the body at later positions, if the last pass has lifted any
+    /// face. Returns the displacements by welded slot, metres.
+    ///
+    /// `at` has the positions by slot, metres, and contacts their faces of the body.
+    pub(super) fn lift_again(
+        &mut self,
+        scene: CollisionScene,
+        neighbours: &Neighbours,
+        at: &[Vec3],
+        contacts: &[Contact],
+    ) -> Option<&Corrections> {
+        if !self.has_lifted {
+            return None;
+        }
+        self.corrected.copy_from_slice(at);
+        let context = LiftContext {
+            rule: self.rule,
+            body: scene.body,
+            vertices: scene.vertices,
+            cloth: &self.cloth,
+            corrected: &self.corrected,
+            contacts,
+            min_height_m: Self::min_height_m(self.rule),
+        };
+        self.stretched_faces.find(MIN_STRETCH_AGAIN, &context);
+        self.lifts.clear();
+        for lift in self.stretched_faces.iter() {
+            keep_lift(lift, &self.cloth, neighbours, &mut self.lifts);
+        }
+        (!self.lifts.is_empty()).then_some(&self.lifts)
     }
 
     /// Updates the corrected positions: all of them in the first round, then those near a lift.
@@ -135,7 +178,7 @@ impl FaceLifting {
             0 => self.poke_throughs.find(&context),
             _ => self.poke_throughs.find_again(&context),
         }
-        self.stretched_faces.find(&context);
+        self.stretched_faces.find(MIN_STRETCH, &context);
         (self.collider_lifts).find(scene.colliders, self.cloth.faces(), at, min_height_m);
     }
 
@@ -148,11 +191,15 @@ impl FaceLifting {
         let lifts = self.poke_throughs.iter().chain(self.collider_lifts.iter());
         for lift in lifts.chain(self.stretched_faces.iter()) {
             is_any = true;
-            for (slot, corner) in self.cloth.corners(lift.face).into_iter().zip(lift.corners) {
-                self.lifts
-                    .keep_longer(neighbours.welded_slot(slot as usize), corner);
-            }
+            keep_lift(lift, &self.cloth, neighbours, &mut self.lifts);
         }
         is_any
+    }
+}
+
+/// Stores the lift of a face for each of its corners that no other face lifts farther.
+fn keep_lift(lift: FaceLift, cloth: &Cloth, neighbours: &Neighbours, lifts: &mut Corrections) {
+    for (slot, corner) in cloth.corners(lift.face).into_iter().zip(lift.corners) {
+        lifts.keep_longer(neighbours.welded_slot(slot as usize), corner);
     }
 }

@@ -11,7 +11,7 @@ use glam::{Mat3, Vec3};
 const CHUNK: usize = 64;
 
 /// Stretch up to which a face follows the skin well enough for the body's vertices to find it.
-const MIN_STRETCH: f32 = 1.1;
+pub(super) const MIN_STRETCH: f32 = 1.1;
 
 /// Largest distance of a face's points from its corners, fully stretched, at which a face that cuts
 /// through the body cannot be seen, metres.
@@ -51,12 +51,13 @@ impl StretchedFaces {
         self.lifts.iter().flatten().copied()
     }
 
-    /// Finds the lifts of all wide faces that are near the body.
-    pub(super) fn find(&mut self, context: &LiftContext) {
+    /// Finds the lifts of all wide faces that are near the body and stretched by more than a
+    /// factor.
+    pub(super) fn find(&mut self, min_stretch: f32, context: &LiftContext) {
         let wide = &self.wide;
         for_each_chunk(&mut self.lifts, CHUNK, |first, lifts| {
             for (&face, lift) in wide[first..].iter().zip(lifts) {
-                *lift = context.lift_of_stretched_face(face);
+                *lift = context.lift_of_stretched_face(face, min_stretch);
             }
         });
     }
@@ -64,10 +65,10 @@ impl StretchedFaces {
 
 impl LiftContext<'_> {
     /// Returns the longest push out of the body of a stretched face's test points.
-    fn lift_of_stretched_face(&self, face: u32) -> Option<FaceLift> {
+    fn lift_of_stretched_face(&self, face: u32, min_stretch: f32) -> Option<FaceLift> {
         let slots = self.cloth.corners(face).map(|slot| slot as usize);
         let corners = slots.map(|slot| self.corrected[slot]);
-        if !self.cloth.is_stretched(face, MIN_STRETCH, corners) {
+        if !self.cloth.is_stretched(face, min_stretch, corners) {
             return None;
         }
         let position_from_barycentric = Mat3::from_cols(corners[0], corners[1], corners[2]);

@@ -12,6 +12,7 @@ fn vertices_that_sweeps_have_drawn_into_the_body_from_afar_are_pushed_out_again(
         body: &body,
         vertices: &ball.vertices,
         colliders: &[],
+        skinned: None,
     };
     let mut pass = DisplayPass::new(RULE, &garment, &body);
     let rest = &garment.rest.vertices;
@@ -19,7 +20,9 @@ fn vertices_that_sweeps_have_drawn_into_the_body_from_afar_are_pushed_out_again(
     pass.apply(posed, &mut shown);
     let mut planes = Vec::new();
     pass.contact_planes(posed, &shown, &mut planes);
-    let drawn = |v: usize| planes[v] == ContactPlane::NONE && v.is_multiple_of(2);
+    // Every fourth row: faces between others stay as they are.
+    let row = |v: usize| v / 22 % 4;
+    let drawn = |v: usize| planes[v] == ContactPlane::NONE && row(v) == 0;
     let has_spread = |v: usize| shown[v] != rest[v];
     assert!((0..shown.len()).any(|v| drawn(v) && has_spread(v)));
     assert!((0..shown.len()).any(|v| drawn(v) && !has_spread(v)));
@@ -34,9 +37,70 @@ fn vertices_that_sweeps_have_drawn_into_the_body_from_afar_are_pushed_out_again(
     pass.push_out_again(posed, &planes, &mut positions);
     for v in 0..shown.len() {
         match planes[v] == ContactPlane::NONE {
-            true if drawn(v) => assert!((positions[v].length() - 0.153).abs() < 1e-3, "{}", positions[v]),
-            true => assert_eq!(positions[v], shown[v] + little),
-            false => assert!(positions[v].distance(shown[v]) < 1e-5),
+            true if drawn(v) => assert!(positions[v].length() > 0.152, "{}", positions[v]),
+            true if row(v) == 2 => assert_eq!(positions[v], shown[v] + little),
+            true => {}
+            // Lifts of stretched faces move their other corners.
+            false => assert!(positions[v].length() > 0.152, "{}", positions[v]),
         }
     }
+}
+
+#[test]
+fn faces_that_sweeps_have_drawn_into_the_body_are_lifted_again() {
+    // The ball comes through the middle of an edge whose ends are outside.
+    let ball = sphere(4, 0.15);
+    let cloth = shifted(sheet(8, 8, 0.05), Vec3::new(-0.2, 0.145, -0.2));
+    let (body, garment) = on_one_joint(ball.clone(), cloth);
+    let scene = CollisionScene {
+        body: &body,
+        vertices: &ball.vertices,
+        colliders: &[],
+        skinned: None,
+    };
+    let lowest_middle = |positions: &[Vec3]| {
+        let edges = crate::topology::edges(&garment.rest.faces).into_iter();
+        let middles = edges.map(|[a, b]| positions[a as usize].midpoint(positions[b as usize]));
+        middles.map(|p| p.length()).fold(f32::INFINITY, f32::min) - 0.15
+    };
+    // Stretched, as where a prediction is torn by its corrections.
+    let stretched = |p: &Vec3| Vec3::new(2.0 * p.x - 0.0333, p.y, 2.0 * p.z - 0.0667);
+    let at: Vec<Vec3> = garment.rest.vertices.iter().map(stretched).collect();
+    let mut pass = DisplayPass::new(RULE, &garment, &body);
+    let mut shown = at.clone();
+    pass.apply(scene, &mut shown);
+    let mut planes = Vec::new();
+    pass.contact_planes(scene, &shown, &mut planes);
+    // Sweeps may bring the corners down to the margin again.
+    let drawn = |p: &Vec3| match p.length() < 0.153 {
+        true => *p * (0.153 / p.length()),
+        false => *p,
+    };
+    let mut positions: Vec<Vec3> = at.iter().map(drawn).collect();
+    let before = lowest_middle(&positions);
+    pass.push_out_again(scene, &planes, &mut positions);
+    let after = lowest_middle(&positions);
+    assert!(before < -0.5e-3 && after > -0.2e-3, "{before} m, then {after} m");
+}
+
+#[test]
+fn vertices_that_sweeps_have_drawn_into_the_ground_are_pushed_out_again() {
+    let ball = sphere(4, 0.15);
+    let cloth = shifted(sheet(21, 21, 0.04), Vec3::new(-0.4, 0.14, -0.4));
+    let (body, garment) = on_one_joint(ball.clone(), cloth);
+    let ground = [Collider::ground(0.1)];
+    let scene = CollisionScene {
+        body: &body,
+        vertices: &ball.vertices,
+        colliders: &ground,
+        skinned: None,
+    };
+    let mut pass = DisplayPass::new(RULE, &garment, &body);
+    let mut positions = garment.rest.vertices.clone();
+    pass.apply(scene, &mut positions);
+    let mut planes = Vec::new();
+    pass.contact_planes(scene, &positions, &mut planes);
+    positions[0].y = 0.05;
+    pass.push_out_again(scene, &planes, &mut positions);
+    assert!((positions[0].y - 0.1 - MARGIN_M).abs() < 1e-5, "{}", positions[0]);
 }

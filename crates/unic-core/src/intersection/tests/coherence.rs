@@ -89,6 +89,7 @@ fn run(scene: Scene, frames: &[Frame], is_new_every_time: bool) -> Vec<Vec<Vec3>
             body: &body,
             vertices: &vertices,
             colliders: &scene.colliders(frame.at),
+            skinned: None,
         };
         pass.apply(posed, &mut positions);
         positions

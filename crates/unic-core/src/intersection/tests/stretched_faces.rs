@@ -36,6 +36,7 @@ fn a_part_that_may_not_push_lifts_no_face() {
             body: &body,
             vertices: &ball.vertices,
             colliders: &[],
+            skinned: None,
         };
         let mut positions = stretched.clone();
         DisplayPass::new(RULE, &garment, &body).apply(posed, &mut positions);
