@@ -17,12 +17,13 @@ garments=("$@")
 mkdir -p "$work"
 
 # Motion of the built-in human, steered on the built-in clips. Test motion has a seed of its own.
-for seed in 1 2 12; do
+for seed in 1 2 3 12; do
     "$unic" bench control --seed "$seed" --write-motion "$work/motion" --overwrite >"$work/control_$seed.txt"
 done
 
 motion=()
-for name in start_stop_1 random_mouse_1 random_mouse_2 random_stick_1 random_mouse_12; do
+for name in circle_1 square_1 slalom_1 reversals_1 start_stop_1 random_stick_1 random_stick_2 \
+    random_mouse_1 random_mouse_2 random_mouse_3 random_mouse_12; do
     motion+=("$work/motion/$name.npz")
 done
 

@@ -53,16 +53,9 @@ impl DisplayPass {
             }
             self.summaries[packet].is_moving = self.to_recheck[slots].iter().any(|at| at.is_finite());
         }
-        self.push_out_marked(scene, positions);
-        self.lift_faces_again(scene, positions);
-    }
-
-    /// Pushes the vertices whose positions are in `to_recheck` off the body, and all out of the
-    /// colliders.
-    fn push_out_marked(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
         let is_moving = |packet: usize| self.summaries[packet].is_moving;
         (self.rule).find_contacts(scene.body, &self.to_recheck, is_moving, &mut self.contacts);
-        let slots = scene.body.contact_filter().garment_packets().slots();
+        let slots = packets.slots();
         for (position, &slot) in positions.iter_mut().zip(slots) {
             let slot = slot as usize;
             if self.to_recheck[slot].is_finite() {
@@ -71,38 +64,26 @@ impl DisplayPass {
             let out = collider_lifts::push_out_of_all(scene.colliders, *position, self.rule.margin_m);
             *position = out.unwrap_or(*position);
         }
+        self.lift_faces_again(scene, positions);
     }
 
-    /// Lifts faces through which the body has come since the last pass, without their neighbours.
+    /// Lifts stretched faces through which the body has come since the last pass, and their
+    /// neighbours.
     fn lift_faces_again(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
-        self.load_positions(scene.body, positions);
-        let Self {
-            face_lifting,
-            neighbours,
-            at,
-            contacts,
-            ..
-        } = self;
-        let Some(lifts) = face_lifting.lift_again(scene, neighbours, at, contacts) else {
+        if !self.face_lifting.has_lifted() {
             return;
-        };
-        for (packet, summary) in self.summaries.iter_mut().enumerate() {
-            let slots = packet * LANES..(packet + 1) * LANES;
-            summary.is_moving = false;
-            for slot in slots {
-                let lift = lifts.at(neighbours.welded_slot(slot));
-                let is_lifted = lift != Vec3::ZERO && at[slot].is_finite();
-                self.to_recheck[slot] = if is_lifted { at[slot] + lift } else { Vec3::NAN };
-                summary.is_moving |= is_lifted;
-            }
         }
         let slots = scene.body.contact_filter().garment_packets().slots();
-        for (position, &slot) in positions.iter_mut().zip(slots) {
-            let lifted = self.to_recheck[slot as usize];
-            *position = if lifted.is_finite() { lifted } else { *position };
+        for (position, &slot) in positions.iter().zip(slots) {
+            // Heights stay lower bounds at the new positions.
+            let (contact, at) = (&mut self.contacts[slot as usize], self.at[slot as usize]);
+            contact.height_m -= position.distance(at);
         }
-        // A lift may lead into another part of the body.
-        self.push_out_marked(scene, positions);
+        self.load_positions(scene.body, positions);
+        self.corrections.clear();
+        let (neighbours, corrections) = (&self.neighbours, &mut self.corrections);
+        (self.face_lifting).lift_again(scene, neighbours, &self.at, &self.contacts, corrections);
+        self.spread_corrections(scene, positions);
     }
 
     /// Returns whether a vertex may be below the margin at `now`, after the last pass has shown it

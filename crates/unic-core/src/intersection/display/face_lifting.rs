@@ -20,9 +20,12 @@ const FACE_HEIGHT_FRACTION: f32 = 0.5;
 
 /// Stretch from which faces are lifted again after sweeps.
 ///
-/// Lifts without their neighbours stretch edges, and most of what comes through cloth that is less
-/// stretched is hidden under the arms.
+/// Lifts compress edges again, and most of what comes through cloth that is less stretched is hidden
+/// under the arms.
 const MIN_STRETCH_AGAIN: f32 = 1.5;
+
+/// Longest lift of a corner after sweeps, metres. Longer ones pull hems into spikes.
+const MAX_LIFT_AGAIN_M: f32 = 0.01;
 
 /// Number of rounds: a face lifted over one vertex moves its corners over others.
 const ROUNDS: usize = 2;
@@ -102,8 +105,12 @@ impl FaceLifting {
         }
     }
 
-    /// Lifts stretched faces out of the body at later positions, if the last pass has lifted any
-    /// face. Returns the displacements by welded slot, metres.
+    /// Returns whether the last pass has lifted any face.
+    pub(super) fn has_lifted(&self) -> bool {
+        self.has_lifted
+    }
+
+    /// Extends the corrections to lift stretched faces at later positions out of the body.
     ///
     /// `at` has the positions by slot, metres, and contacts their faces of the body.
     pub(super) fn lift_again(
@@ -112,10 +119,8 @@ impl FaceLifting {
         neighbours: &Neighbours,
         at: &[Vec3],
         contacts: &[Contact],
-    ) -> Option<&Corrections> {
-        if !self.has_lifted {
-            return None;
-        }
+        corrections: &mut Corrections,
+    ) {
         self.corrected.copy_from_slice(at);
         let context = LiftContext {
             rule: self.rule,
@@ -127,11 +132,11 @@ impl FaceLifting {
             min_height_m: Self::min_height_m(self.rule),
         };
         self.stretched_faces.find(MIN_STRETCH_AGAIN, &context);
-        self.lifts.clear();
-        for lift in self.stretched_faces.iter() {
-            keep_lift(lift, &self.cloth, neighbours, &mut self.lifts);
+        let is_short =
+            |lift: &FaceLift| (lift.corners.iter()).all(|corner| corner.length() < MAX_LIFT_AGAIN_M);
+        for lift in self.stretched_faces.iter().filter(is_short) {
+            keep_lift(lift, &self.cloth, neighbours, corrections);
         }
-        (!self.lifts.is_empty()).then_some(&self.lifts)
     }
 
     /// Updates the corrected positions: all of them in the first round, then those near a lift.
