@@ -25,7 +25,7 @@ const FACE_HEIGHT_FRACTION: f32 = 0.5;
 const MIN_STRETCH_AGAIN: f32 = 1.5;
 
 /// Longest lift of a corner after sweeps, metres. Longer ones pull hems into spikes.
-const MAX_LIFT_AGAIN_M: f32 = 0.01;
+const MAX_LIFT_AGAIN_M: f32 = 0.02;
 
 /// Number of rounds: a face lifted over one vertex moves its corners over others.
 const ROUNDS: usize = 2;
