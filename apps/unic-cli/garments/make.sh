@@ -4,8 +4,9 @@
 #   cargo build --release -p unic-cli
 #   apps/unic-cli/garments/make.sh WORK_FOLDER [GARMENT...]
 #
-# WORK_FOLDER gets the motion, the captures and the training runs, about 1.6 GB. $UNIC names the
-# program (default: target/release/unic). Two cores take about an hour in all.
+# WORK_FOLDER gets the motion, the captures and the training runs, about 1.2 GB. $UNIC names the
+# program (default: target/release/unic). Two cores take about an hour in all. A training takes up
+# to 13 GB of memory.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)

@@ -8,7 +8,8 @@
 //! paper's rule, [`RobustIntersection`] this crate's own.
 //!
 //! A [`DisplayPass`] corrects positions before they are shown. It sees all vertices at once, and so
-//! finds faces that the body pokes through. [`GarmentHandling`] handles a garment with both.
+//! finds faces that the body pokes through. It draws cloth deep inside a limb towards its skinned
+//! shape. [`GarmentHandling`] handles a garment with both.
 //!
 //! ```
 //! use unic_core::{config::{Corrects, IntersectionMode}, intersection::Handling};

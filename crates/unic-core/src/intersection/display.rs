@@ -1,5 +1,6 @@
 //! Corrections of shown positions that need all vertices of a garment at once.
 
+mod again;
 mod cloth;
 mod collider_lifts;
 mod contact_planes;
@@ -34,10 +35,11 @@ const CHUNK: usize = 1024;
 
 /// Pass over all shown positions of a garment: it corrects vertices, lifts faces that the body
 /// comes through, and spreads the corrections over the garment, so that a push leaves neither dent
-/// nor spike.
+/// nor spike. Vertices deep inside the body are drawn towards their skinned positions before, each
+/// by itself.
 ///
 /// Positions farther than [`REACH_EDGES`](Self::REACH_EDGES) edges from any correction keep their
-/// bits.
+/// bits, but those deep inside.
 ///
 /// Scratch with its connectivity. Nothing is allocated after the first frame, and the bytes are the
 /// same for any number of threads.
@@ -53,6 +55,8 @@ pub struct DisplayPass {
     contacts: Vec<Contact>,
     /// Heights over the body after the correction of each vertex, by slot, metres.
     heights: Vec<f32>,
+    /// Whether the last pass has drawn any vertex towards its skinned position.
+    has_retracted: bool,
     /// Smallest displacement that each vertex needs, by slot.
     corrections: Corrections,
     smoothing: Smoothing,
@@ -74,8 +78,8 @@ pub struct CollisionScene<'a> {
     pub vertices: &'a [Vec3],
     /// Ground and props in the same frame.
     pub colliders: &'a [Collider],
-    /// Garment without displacements, to which cloth deep inside the body is drawn back; none
-    /// leaves such cloth to the shortest ways out.
+    /// Garment by skinning alone, in the same frame. Cloth deep inside the body is drawn towards
+    /// it. Without it such cloth takes the shortest way out.
     pub skinned: Option<SkinnedGarment<'a>>,
 }
 
@@ -113,6 +117,7 @@ impl DisplayPass {
             contacts: vec![Contact::NONE; packets.len()],
             heights: vec![f32::INFINITY; packets.len()],
             at: vec![Vec3::NAN; packets.len()],
+            has_retracted: false,
             corrections: Corrections::new(packets.len()),
             smoothing: Smoothing::new(packets.len()),
             summaries: vec![PacketSummary::default(); packets.len() / LANES],
@@ -135,17 +140,18 @@ impl DisplayPass {
         self.order_layers(scene, positions);
     }
 
-    /// Finds the contact of each vertex with the body, and draws those that are deep inside of it
-    /// back.
+    /// Finds the contact of each vertex with the body. Draws deep vertices towards their skinned
+    /// positions first. Positions are in the frame of the scene, metres.
     pub fn find_contacts(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
         self.load_positions(scene.body, positions);
         (self.rule).find_contacts(scene.body, &self.at, |_| true, &mut self.contacts);
+        self.has_retracted = false;
         if let Some(skinned) = scene.skinned {
             self.retract_deep(scene.body, skinned, positions);
         }
     }
 
-    /// Finds the correction of each vertex by itself.
+    /// Finds the correction of each vertex by itself, after [`find_contacts`](Self::find_contacts).
     pub fn find_corrections(&mut self, scene: CollisionScene) {
         if !scene.colliders.is_empty() {
             let (at, rule) = (&self.at, self.rule);

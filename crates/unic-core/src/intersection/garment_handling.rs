@@ -121,9 +121,8 @@ impl GarmentHandling {
         }
     }
 
-    /// Pushes shown vertices off the body and the colliders once more, each by itself: those with
-    /// [planes](Self::contact_planes), and those that sweeps have moved far. Lifts faces again.
-    pub(crate) fn push_out_again(
+    /// Corrects shown positions once more after sweeps along the [planes](Self::contact_planes).
+    pub(crate) fn correct_again(
         &mut self,
         colliders: &[Collider],
         planes: &[ContactPlane],
@@ -136,7 +135,7 @@ impl GarmentHandling {
                 colliders,
                 skinned: None,
             };
-            display.push_out_again(scene, planes, positions);
+            display.correct_again(scene, planes, positions);
         }
     }
 
@@ -148,14 +147,16 @@ impl GarmentHandling {
         positions: &mut [Vec3],
     ) {
         if let (Handling::Robust(_, body), Some(display)) = (&self.handling, &mut self.display) {
+            let skinned = Some(SkinnedGarment {
+                garment,
+                world_from_rest: &self.world_from_rest,
+            });
             let scene = CollisionScene {
                 body,
                 vertices: &self.body_vertices,
                 colliders,
-                skinned: Some(SkinnedGarment {
-                    garment,
-                    world_from_rest: &self.world_from_rest,
-                }),
+                // Corrected states are not deep. They take the shortest way, as in training.
+                skinned: skinned.filter(|_| !self.mode.corrects_state()),
             };
             display.apply(scene, positions);
         }
@@ -163,6 +164,9 @@ impl GarmentHandling {
 
     /// Corrects world positions of the garment that the handling was made for on the posed body,
     /// metres, as the animator corrects the output of its model.
+    ///
+    /// # Panics
+    /// When another garment has fewer vertices or more joints than the one it was made for.
     pub fn apply(&mut self, garment: &Garment, positions: &mut [Vec3]) {
         if self.mode.corrects_state() {
             let handling = &self.handling;

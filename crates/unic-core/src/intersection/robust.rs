@@ -168,9 +168,11 @@ impl RobustIntersection {
         contact.corrected
     }
 
-    /// Returns the corrected position of a shown vertex by itself, as [`correct`](Self::correct),
-    /// after cloth deep inside the body is drawn back towards `skinned`, the vertex's position by
-    /// linear blend skinning.
+    /// Returns the corrected position of garment vertex `vertex`, shown at `p`; none when it stays.
+    ///
+    /// Deep inside the body, the vertex first moves towards `skinned`, its position by linear blend
+    /// skinning. Then it is [corrected](Self::correct). Positions are in the body's frame, metres.
+    /// `seed`, a body face near the closest one, shortens the search, and is replaced.
     pub fn correct_shown(
         &self,
         body: &RobustBody,

@@ -537,6 +537,16 @@ pub fn input(poses: &[Pose], t: usize) -> StepInput<'_> {
     }
 }
 
+/// Returns the positions of a garment by linear blend skinning alone.
+pub fn skinned_garment(model: &Model, pose: &Pose) -> Vec<Vec3> {
+    let (skeleton, garment) = (&model.character().skeleton, model.garment());
+    let (mut joints, mut world_from_rest, mut positions) = (Vec::new(), Vec::new(), Vec::new());
+    skeleton.forward_kinematics(pose, &mut joints);
+    skeleton.world_from_rest(&joints, &mut world_from_rest);
+    (garment.weights).skin(&garment.rest.vertices, &world_from_rest, &mut positions);
+    positions
+}
+
 /// Resets to the mean shape at frame 0, steps through the clip, and returns the positions of every
 /// frame.
 pub fn run(animator: &mut Animator, poses: &[Pose]) -> Vec<Vec<Vec3>> {

@@ -101,13 +101,14 @@ impl RobustRule {
         })
     }
 
-    /// Makes the dispatch that moves shown positions out of the body. States may take them over.
+    /// Makes the dispatch that moves shown positions out of the body.
     pub(super) fn correct(
         &self,
         corrects: Corrects,
         buffers: &Buffers,
         scratch: &Scratch,
     ) -> Result<Dispatch, GpuError> {
+        // States that are corrected take the shortest way, as in training.
         let kernel = match corrects {
             Corrects::State => &self.push,
             Corrects::Display => &self.push_shown,

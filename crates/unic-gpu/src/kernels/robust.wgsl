@@ -1,7 +1,8 @@
 // Robust intersection handling: a vertex is pushed out of the closest triangle of the parts that
-// may push it, along the shortest way, to a margin. Constants and cases are those of
-// `unic_core::intersection::RobustIntersection` and `unic_core::folds`, whose comments give the
-// reasons.
+// may push it, along the shortest way, to a margin. Deep inside the body it first moves towards its
+// skinned position. Constants and cases are those of
+// `unic_core::intersection::RobustIntersection::correct_shown` and `unic_core::folds`, whose
+// comments give the reasons.
 
 // Number of words of 32 bits in a set of joints.
 override WORDS: u32;
@@ -385,6 +386,9 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
         if (any(drawn != p)) {
             p = drawn;
             face = nearest(p, face);
+            if (face == NO_ITEM) {
+                return;
+            }
             around = contact(p, face);
             show(i, face, p);
         }

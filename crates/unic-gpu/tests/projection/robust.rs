@@ -37,14 +37,14 @@ struct Pushes {
 /// Shown garment of a device's robust handling, whose parts are the CPU's: each vertex is pushed by
 /// itself, edges are brought back towards their limits, and vertices near the body and those that the
 /// sweeps have moved far are pushed again.
-fn shown(model: &Model, handling: &Handling, positions: &mut [Vec3]) -> Pushes {
+fn shown(model: &Model, handling: &Handling, skinned: &[Vec3], positions: &mut [Vec3]) -> Pushes {
     let Handling::Robust(rule, body) = handling else {
         panic!()
     };
     let push = |vertex: usize, p: Vec3| handling.correct(vertex, p, &mut { Handling::NO_SEED });
     let mut pushes = Pushes::default();
     for (vertex, p) in positions.iter_mut().enumerate() {
-        let out = push(vertex, *p);
+        let out = rule.correct_shown(body, vertex, *p, skinned[vertex], &mut { Handling::NO_SEED });
         pushes.moved += usize::from(out.is_some());
         *p = out.unwrap_or(*p);
     }
@@ -130,7 +130,8 @@ fn run_robust(model: &Arc<Model>) -> Option<(usize, Pushes)> {
         cpu.body(&mut body);
         handling.pose(character, &body);
         let mut expected = cpu.garment().positions.to_vec();
-        let now = shown(model, &handling, &mut expected);
+        let skinned = common::skinned_garment(model, &poses[t]);
+        let now = shown(model, &handling, &skinned, &mut expected);
         still += usize::from(now.moved == 0);
         pushes.moved += now.moved;
         pushes.from_afar += now.from_afar;

@@ -20,11 +20,12 @@ const FACE_HEIGHT_FRACTION: f32 = 0.5;
 
 /// Stretch from which faces are lifted again after sweeps.
 ///
-/// Lifts compress edges again, and most of what comes through cloth that is less stretched is hidden
-/// under the arms.
+/// Lifts compress the edges beside them. Most of what comes through cloth that is less stretched is
+/// hidden under the arms.
 const MIN_STRETCH_AGAIN: f32 = 1.5;
 
-/// Longest lift of a corner after sweeps, metres. Longer ones pull hems into spikes.
+/// Length at which the lift of a corner after sweeps has faded to zero, metres. Lifts fade over the
+/// last quarter of it. Longer ones would pull hems into spikes.
 const MAX_LIFT_AGAIN_M: f32 = 0.02;
 
 /// Number of rounds: a face lifted over one vertex moves its corners over others.
@@ -40,8 +41,6 @@ pub(super) struct FaceLifting {
     stretched_faces: StretchedFaces,
     /// Lifts of the current round.
     lifts: Corrections,
-    /// Whether the last pass has lifted any face.
-    has_lifted: bool,
     /// Corrected positions by slot, metres.
     corrected: Vec<Vec3>,
 }
@@ -76,7 +75,6 @@ impl FaceLifting {
             poke_throughs: PokeThroughs::new(filter.lifting_vertices().len()),
             collider_lifts: ColliderLifts::default(),
             lifts: Corrections::new(slots),
-            has_lifted: false,
             corrected: vec![Vec3::ZERO; slots],
         }
     }
@@ -93,7 +91,6 @@ impl FaceLifting {
         vertices: VertexContacts,
         corrections: &mut Corrections,
     ) {
-        self.has_lifted = false;
         for round in 0..ROUNDS {
             self.update_positions(round, vertices, corrections);
             self.find(round, scene, vertices);
@@ -101,18 +98,13 @@ impl FaceLifting {
                 break;
             }
             corrections.add(&self.lifts);
-            self.has_lifted = true;
         }
-    }
-
-    /// Returns whether the last pass has lifted any face.
-    pub(super) fn has_lifted(&self) -> bool {
-        self.has_lifted
     }
 
     /// Extends the corrections to lift stretched faces at later positions out of the body.
     ///
-    /// `at` has the positions by slot, metres, and contacts their faces of the body.
+    /// `at` has the positions by slot, metres, and contacts their faces of the body. The faces are
+    /// those that were near the body in the last pass.
     pub(super) fn lift_again(
         &mut self,
         scene: CollisionScene,
@@ -132,9 +124,14 @@ impl FaceLifting {
             min_height_m: Self::min_height_m(self.rule),
         };
         self.stretched_faces.find(MIN_STRETCH_AGAIN, &context);
-        let is_short =
-            |lift: &FaceLift| (lift.corners.iter()).all(|corner| corner.length() < MAX_LIFT_AGAIN_M);
-        for lift in self.stretched_faces.iter().filter(is_short) {
+        for lift in self.stretched_faces.iter() {
+            let longest_m = lift
+                .corners
+                .iter()
+                .map(|corner| corner.length())
+                .fold(0.0, f32::max);
+            let share = (MAX_LIFT_AGAIN_M - longest_m) / (0.25 * MAX_LIFT_AGAIN_M);
+            let lift = lift.scaled(share.clamp(0.0, 1.0));
             keep_lift(lift, &self.cloth, neighbours, corrections);
         }
     }

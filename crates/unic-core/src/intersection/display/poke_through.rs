@@ -72,6 +72,14 @@ impl FaceLift {
         }
     }
 
+    /// Returns the lift with displacements times a factor.
+    pub(super) fn scaled(self, factor: f32) -> Self {
+        Self {
+            corners: self.corners.map(|corner| corner * factor),
+            ..self
+        }
+    }
+
     /// Lift for the longest of the pushes of a face's points.
     pub(super) fn longest(face: u32, pushes: impl Iterator<Item = PointPush>) -> Option<Self> {
         let longest = pushes.max_by(|a, b| a.push.length_squared().total_cmp(&b.push.length_squared()));

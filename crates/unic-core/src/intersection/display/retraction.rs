@@ -1,43 +1,32 @@
 //! Retraction of vertices that are deep inside the body.
 
-use super::{CHUNK, DisplayPass, RobustBody, RobustIntersection, SkinnedGarment};
+use super::{CHUNK, Contact, DisplayPass, RobustBody, RobustIntersection, SkinnedGarment};
 use crate::{aabb_tree::LANES, parallel::for_each_chunk};
 use glam::Vec3;
 
 impl DisplayPass {
     /// Draws vertices deep inside the body towards their skinned positions, and finds their contacts
-    /// anew. Few frames have such vertices.
+    /// anew. Most frames have no such vertices.
     pub(super) fn retract_deep(
         &mut self,
         body: &RobustBody,
         skinned: SkinnedGarment,
         positions: &mut [Vec3],
     ) {
-        let is_deep = |height_m: f32| height_m < -RobustIntersection::MIN_RETRACTED_DEPTH_M;
-        if !self.contacts.iter().any(|contact| is_deep(contact.height_m)) {
+        if !self.contacts.iter().any(is_deep) {
             return;
         }
-        let packets = body.contact_filter().garment_packets();
-        let (rule, at, contacts, neighbours) = (self.rule, &self.at, &self.contacts, &self.neighbours);
-        for_each_chunk(&mut self.to_recheck, CHUNK, |first, retracted| {
-            for (slot, retracted) in (first..).zip(retracted) {
-                // The vertices of a seam move as one, so that the seam stays closed.
-                let welded = neighbours.welded_slot(slot);
-                let vertex = packets.vertices()[welded] as usize;
-                let contact = contacts[welded];
-                let moved = (at[welded].is_finite() && is_deep(contact.height_m)).then(|| {
-                    let (p, skinned) = (at[welded], skinned.position(vertex));
-                    rule.retract(body, vertex, p, skinned, contact.face)
-                });
-                *retracted = moved.flatten().unwrap_or(Vec3::NAN);
-            }
-        });
-        let retracted = &self.to_recheck;
-        let moved = self.at.iter_mut().zip(packets.vertices()).zip(retracted);
+        self.find_retracted(body, skinned);
+        let (retracted, vertices) = (
+            &self.to_recheck,
+            body.contact_filter().garment_packets().vertices(),
+        );
+        let moved = self.at.iter_mut().zip(vertices).zip(retracted);
         for ((at, &vertex), retracted) in moved.filter(|(_, retracted)| retracted.is_finite()) {
             // Empty slots have no vertex.
             if let Some(position) = positions.get_mut(vertex as usize) {
                 (*at, *position) = (*retracted, *retracted);
+                self.has_retracted = true;
             }
         }
         let has_moved = |packet: usize| {
@@ -46,4 +35,32 @@ impl DisplayPass {
         };
         (self.rule).find_contacts(body, &self.at, has_moved, &mut self.contacts);
     }
+
+    /// Stores the retracted position of each slot in `to_recheck`; NaN for vertices that stay.
+    fn find_retracted(&mut self, body: &RobustBody, skinned: SkinnedGarment) {
+        let packets = body.contact_filter().garment_packets();
+        let (rule, at, contacts, neighbours) = (self.rule, &self.at, &self.contacts, &self.neighbours);
+        let displacement = |welded: usize| {
+            // The position of an empty slot, which has no vertex, is NaN.
+            if !is_deep(&contacts[welded]) || at[welded].is_nan() {
+                return None;
+            }
+            let vertex = packets.vertices()[welded] as usize;
+            let (to, seed) = (skinned.position(vertex), contacts[welded].face);
+            let retracted = rule.retract(body, vertex, at[welded], to, seed)?;
+            Some(retracted - at[welded])
+        };
+        for_each_chunk(&mut self.to_recheck, CHUNK, |first, retracted| {
+            for (slot, retracted) in (first..).zip(retracted) {
+                // The vertices of a seam share one displacement, so that the seam stays closed.
+                let moved = displacement(neighbours.welded_slot(slot)).map(|by| at[slot] + by);
+                *retracted = moved.unwrap_or(Vec3::NAN);
+            }
+        });
+    }
+}
+
+/// Returns whether a vertex is so deep that retraction moves it.
+fn is_deep(contact: &Contact) -> bool {
+    contact.height_m < -RobustIntersection::MIN_RETRACTED_DEPTH_M
 }

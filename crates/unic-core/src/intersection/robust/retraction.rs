@@ -28,8 +28,9 @@ impl RobustIntersection {
     /// The shortest ways out would tear it: its neighbours leave the arm on opposite sides. Its
     /// skinned shape surrounds the arm, and the ways to that shape are alike for neighbours.
     ///
-    /// The displacement grows from zero over a range of depths, so that no vertex jumps. `seed` is
-    /// a body face near the closest one.
+    /// The displacement grows from zero over a range of depths. The push that follows still changes
+    /// sides in the middle of a limb. Positions are in the body's frame, metres. `seed` is a body
+    /// face near the closest one.
     pub(crate) fn retract(
         &self,
         body: &RobustBody,
@@ -47,7 +48,7 @@ impl RobustIntersection {
         let (length, direction) = (way.length(), way.try_normalize()?);
         let (mut travelled, mut nearest) = (0.0, hit);
         for _ in 0..MAX_STEPS {
-            // A step by the depth cannot lead past the skin.
+            // A step by the depth and the margin leads past the skin by the margin at most.
             travelled = f32::min(travelled + self.margin_m - nearest.signed_distance, length);
             if travelled == length {
                 break;

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::parallel::{Serial, install};
+use glam::Quat;
 
 /// A body and a garment around it in one frame.
 #[derive(Clone, Debug)]
@@ -89,7 +90,10 @@ fn run(scene: Scene, frames: &[Frame], is_new_every_time: bool) -> Vec<Vec<Vec3>
             body: &body,
             vertices: &vertices,
             colliders: &scene.colliders(frame.at),
-            skinned: None,
+            skinned: Some(SkinnedGarment {
+                garment: &garment,
+                world_from_rest: &[Rigid::new(Quat::IDENTITY, frame.at)],
+            }),
         };
         pass.apply(posed, &mut positions);
         positions

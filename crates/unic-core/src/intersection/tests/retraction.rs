@@ -11,8 +11,15 @@ const CELLS: u32 = 12;
 /// Vertex over the middle of the ball.
 const MIDDLE: usize = 6 * 13 + 6;
 
+/// Use of the skinned shape.
+#[derive(Clone, Copy, PartialEq)]
+enum Skinned {
+    Known,
+    Unknown,
+}
+
 /// Sheet that lies across the ball's middle at `height`. It is skinned at 0.1 m over the middle.
-fn shown_at(height: f32, skinned: bool) -> (Garment, Vec<Vec3>) {
+fn shown_at(height: f32, skinned: Skinned) -> (Garment, Vec<Vec3>) {
     let ball = sphere(4, RADIUS_M);
     let cloth = shifted(sheet(CELLS, CELLS, 0.01), Vec3::new(-0.06, 0.1, -0.06));
     let (body, garment) = on_one_joint(ball.clone(), cloth);
@@ -21,7 +28,7 @@ fn shown_at(height: f32, skinned: bool) -> (Garment, Vec<Vec3>) {
         body: &body,
         vertices: &ball.vertices,
         colliders: &[],
-        skinned: skinned.then_some(SkinnedGarment {
+        skinned: (skinned == Skinned::Known).then_some(SkinnedGarment {
             garment: &garment,
             world_from_rest: &[Rigid::IDENTITY],
         }),
@@ -33,8 +40,8 @@ fn shown_at(height: f32, skinned: bool) -> (Garment, Vec<Vec3>) {
 #[test]
 fn a_sheet_through_the_middle_of_a_limb_leaves_it_on_the_side_of_the_skinned_shape() {
     // Below the middle, the shortest ways out lead down.
-    let (garment, torn) = shown_at(-0.004, false);
-    let (_, whole) = shown_at(-0.004, true);
+    let (garment, torn) = shown_at(-0.004, Skinned::Unknown);
+    let (_, whole) = shown_at(-0.004, Skinned::Known);
     assert!(torn[MIDDLE].y < -RADIUS_M, "{}", torn[MIDDLE]);
     assert!(whole[MIDDLE].y > RADIUS_M, "{}", whole[MIDDLE]);
     for (v, p) in whole.iter().enumerate() {
@@ -49,14 +56,14 @@ fn a_sheet_through_the_middle_of_a_limb_leaves_it_on_the_side_of_the_skinned_sha
 #[test]
 fn cloth_near_the_skin_takes_the_shortest_way() {
     let below = RADIUS_M - RobustIntersection::MIN_RETRACTED_DEPTH_M + 1e-3;
-    let (_, with) = shown_at(-below, true);
-    let (_, without) = shown_at(-below, false);
+    let (_, with) = shown_at(-below, Skinned::Known);
+    let (_, without) = shown_at(-below, Skinned::Unknown);
     assert_eq!(with[MIDDLE], without[MIDDLE]);
     assert!(with[MIDDLE].y < -RADIUS_M);
 }
 
 #[test]
-fn retraction_sets_in_without_a_jump_and_ends_at_the_skinned_shape() {
+fn the_retraction_sets_in_without_a_jump_and_ends_at_the_skinned_shape() {
     let ball = sphere(4, RADIUS_M);
     let (body, _) = on_one_joint(ball, cube());
     let retracted = |depth: f32, skinned: Vec3| {

@@ -1,0 +1,82 @@
+//! Corrections after sweeps have moved the shown vertices.
+
+use super::{CHUNK, CollisionScene, DisplayPass, LIMB_RADIUS_M, collider_lifts};
+use crate::{aabb_tree::LANES, parallel::for_each_chunk, projection::ContactPlane};
+use glam::Vec3;
+
+impl DisplayPass {
+    /// Corrects shown positions, metres, that sweeps have moved since [`apply`](Self::apply).
+    ///
+    /// Vertices with a plane, and those that have moved by more than their height over the margin,
+    /// are pushed off the body, each by itself. All are pushed out of the colliders. Then stretched
+    /// faces that cut through the body are lifted, and layers are put in order.
+    pub(crate) fn correct_again(
+        &mut self,
+        scene: CollisionScene,
+        planes: &[ContactPlane],
+        positions: &mut [Vec3],
+    ) {
+        self.push_out_again(scene, planes, positions);
+        for contact in &mut self.contacts {
+            // Unknown where the vertices are now, so that all that move are searched for.
+            contact.height_m = f32::NAN;
+        }
+        self.lift_faces_again(scene, positions);
+        self.order_layers(scene, positions);
+    }
+
+    fn push_out_again(&mut self, scene: CollisionScene, planes: &[ContactPlane], positions: &mut [Vec3]) {
+        let packets = scene.body.contact_filter().garment_packets();
+        for (packet, vertices) in packets.vertices().chunks(LANES).enumerate() {
+            let slots = packet * LANES..packet * LANES + vertices.len();
+            for (slot, &vertex) in slots.clone().zip(vertices) {
+                // Empty slots have no vertex.
+                let moved = positions.get(vertex as usize).zip(planes.get(vertex as usize));
+                let at = moved
+                    .filter(|(now, plane)| **plane != ContactPlane::NONE || self.may_be_low(slot, **now));
+                self.to_recheck[slot] = at.map_or(Vec3::NAN, |(now, _)| *now);
+            }
+            self.summaries[packet].is_moving = self.to_recheck[slots].iter().any(|at| at.is_finite());
+        }
+        let is_moving = |packet: usize| self.summaries[packet].is_moving;
+        (self.rule).find_contacts(scene.body, &self.to_recheck, is_moving, &mut self.contacts);
+        let slots = packets.slots();
+        let (to_recheck, contacts, margin_m) = (&self.to_recheck, &self.contacts, self.rule.margin_m);
+        for_each_chunk(positions, CHUNK, |first, positions| {
+            for (position, &slot) in positions.iter_mut().zip(&slots[first..]) {
+                let contact = &contacts[slot as usize];
+                // A contact that was not searched for again belongs to the position before.
+                let corrected = contact
+                    .corrected
+                    .filter(|_| to_recheck[slot as usize].is_finite());
+                *position = corrected.unwrap_or(*position);
+                let out = collider_lifts::push_out_of_all(scene.colliders, *position, margin_m);
+                *position = out.unwrap_or(*position);
+            }
+        });
+    }
+
+    /// Lifts stretched faces that cut through the body, and their neighbours.
+    fn lift_faces_again(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
+        self.load_positions(scene.body, positions);
+        self.corrections.clear();
+        let (neighbours, corrections) = (&self.neighbours, &mut self.corrections);
+        (self.face_lifting).lift_again(scene, neighbours, &self.at, &self.contacts, corrections);
+        self.spread_corrections(scene, positions);
+    }
+
+    /// Returns whether a vertex may be below the margin at `now`, after the last pass has shown it
+    /// elsewhere.
+    fn may_be_low(&self, slot: usize, now: Vec3) -> bool {
+        let height_m = match self.contacts[slot].height_m {
+            // The vertex was too high to be searched for where it was shown.
+            height_m if height_m.is_nan() => LIMB_RADIUS_M,
+            height_m => height_m,
+        };
+        // The height belongs to one of these places. `shown` is valid in packets that have moved.
+        let is_moving = self.summaries[slot / LANES].is_moving;
+        let places = [Some(self.at[slot]), is_moving.then(|| self.shown[slot])];
+        let mut distances = places.into_iter().flatten().map(|place| now.distance(place));
+        distances.any(|moved_m| moved_m > height_m - self.rule.margin_m)
+    }
+}
