@@ -114,22 +114,10 @@ impl FaceLifting {
         corrections: &mut Corrections,
     ) {
         self.corrected.copy_from_slice(at);
-        let context = LiftContext {
-            rule: self.rule,
-            body: scene.body,
-            vertices: scene.vertices,
-            cloth: &self.cloth,
-            corrected: &self.corrected,
-            contacts,
-            min_height_m: Self::min_height_m(self.rule),
-        };
+        let context = lift_context(self.rule, scene, &self.cloth, &self.corrected, contacts);
         self.stretched_faces.find(MIN_STRETCH_AGAIN, &context);
         for lift in self.stretched_faces.iter() {
-            let longest_m = lift
-                .corners
-                .iter()
-                .map(|corner| corner.length())
-                .fold(0.0, f32::max);
+            let longest_m = lift.corners.iter().map(|c| c.length()).fold(0.0, f32::max);
             let share = (MAX_LIFT_AGAIN_M - longest_m) / (0.25 * MAX_LIFT_AGAIN_M);
             let lift = lift.scaled(share.clamp(0.0, 1.0));
             keep_lift(lift, &self.cloth, neighbours, corrections);
@@ -165,23 +153,14 @@ impl FaceLifting {
                 .select_near_faces(at, vertices.heights, vertices.summaries),
             _ => self.cloth.refit(at, |packet| self.lifts.is_active(packet)),
         }
-        let min_height_m = Self::min_height_m(self.rule);
-        let context = LiftContext {
-            rule: self.rule,
-            body: scene.body,
-            vertices: scene.vertices,
-            cloth: &self.cloth,
-            corrected: &self.corrected,
-            contacts: vertices.contacts,
-            min_height_m,
-        };
+        let context = lift_context(self.rule, scene, &self.cloth, &self.corrected, vertices.contacts);
         // Lifts move cloth outwards, so only vertices that poked through may still do so.
         match round {
             0 => self.poke_throughs.find(&context),
             _ => self.poke_throughs.find_again(&context),
         }
         self.stretched_faces.find(MIN_STRETCH, &context);
-        (self.collider_lifts).find(scene.colliders, self.cloth.faces(), at, min_height_m);
+        (self.collider_lifts).find(scene.colliders, self.cloth.faces(), at, context.min_height_m);
     }
 
     /// Stores for each corner the longest lift that any of its faces needs. Returns whether there
@@ -196,6 +175,26 @@ impl FaceLifting {
             keep_lift(lift, &self.cloth, neighbours, &mut self.lifts);
         }
         is_any
+    }
+}
+
+/// Makes the context of searches between the body and cloth at its corrected positions.
+// Takes single fields, so that the searches can write to the others.
+fn lift_context<'a>(
+    rule: RobustIntersection,
+    scene: CollisionScene<'a>,
+    cloth: &'a Cloth,
+    corrected: &'a [Vec3],
+    contacts: &'a [Contact],
+) -> LiftContext<'a> {
+    LiftContext {
+        rule,
+        body: scene.body,
+        vertices: scene.vertices,
+        cloth,
+        corrected,
+        contacts,
+        min_height_m: FaceLifting::min_height_m(rule),
     }
 }
 
