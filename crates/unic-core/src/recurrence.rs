@@ -145,11 +145,18 @@ impl Recurrence {
 
     /// Adds the coefficients for the state and the embedded motion to K `coefficients`.
     pub fn add_to(&self, state: &[f32], scratch: &mut RecurrenceScratch, coefficients: &mut [f32]) {
+        self.hidden(state, scratch);
+        let RecurrenceScratch { hidden, added, .. } = scratch;
+        map_into(&self.head, hidden, added);
+        coefficients.iter_mut().zip(added).for_each(|(a, z)| *a += *z);
+    }
+
+    /// Computes the input elu(Y (m, e)) of the head for the state and the embedded motion.
+    pub fn hidden<'a>(&self, state: &[f32], scratch: &'a mut RecurrenceScratch) -> &'a [f32] {
         let RecurrenceScratch {
             embedding,
             joined,
             hidden,
-            added,
             ..
         } = scratch;
         map_into(&self.memory, state, joined);
@@ -158,8 +165,7 @@ impl Recurrence {
         joined.extend_from_slice(embedding);
         map_into(&self.hidden, joined, hidden);
         hidden.iter_mut().for_each(|x| *x = elu(*x));
-        map_into(&self.head, hidden, added);
-        coefficients.iter_mut().zip(added).for_each(|(a, z)| *a += *z);
+        hidden
     }
 }
 

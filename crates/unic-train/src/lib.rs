@@ -117,6 +117,7 @@ mod parameters;
 mod prior;
 mod processor;
 mod recurrence;
+mod regression;
 mod replay;
 mod rollout;
 mod scales;

@@ -13,10 +13,11 @@ use crate::{
     mirror::View,
     processor::Processor,
     recurrence::{FittedRecurrence, RecurrenceFit, RecurrenceTrainer, Sequence, UnitStart, Watch},
+    regression::{LeaveOneOut, middle},
     replay::{FittedReplay, Residuals, wrinkle_filter},
 };
 use glam::Vec3;
-use linear::{LeaveOneOut, MIDDLE_STRENGTH, runtime_map};
+use linear::{STRENGTHS, runtime_map};
 use rayon::prelude::*;
 use series::{Clips, Series, remove_mirror_bias};
 use std::{path::Path, time::Instant};
@@ -202,7 +203,7 @@ impl PriorTrainer<'_> {
             .then(|| wrinkle_filter(&set.garment))
             .transpose()?;
         let projected = self.project(&set, &self.data.motion, components)?;
-        let linear = LeaveOneOut::fit(&projected.series);
+        let linear = LeaveOneOut::fit(&projected.series, &STRENGTHS);
         let sequences: Vec<_> = (projected.series.par_iter())
             .map(|s| s.sequence(linear.without(s)))
             .collect();
@@ -342,7 +343,7 @@ impl PriorTrainer<'_> {
             components: &components,
         };
         let mut series = clips.series(PIECES).map_err(ModelError::from)?;
-        remove_mirror_bias(&mut series, MIDDLE_STRENGTH);
+        remove_mirror_bias(&mut series, middle(&STRENGTHS));
         Ok(Projected {
             series,
             components,

@@ -7,6 +7,7 @@
 //! noise of that motion alone.
 
 mod blend;
+mod head;
 mod human_motion;
 mod pretrained;
 mod pretraining;
@@ -32,6 +33,7 @@ use crate::{
 };
 use blend::Blend;
 use burn::tensor::Device;
+use head::HeadStart;
 use rayon::prelude::*;
 use sequence::motion_count;
 use sizes::Sizes;
@@ -111,13 +113,14 @@ impl RecurrenceTrainer<'_> {
         let fold_steps = (steps * (count as u64 - 1)).div_ceil(count as u64);
         let progress = Progress::new(count as u64 * fold_steps + steps, watch);
         let at_once = rayon::current_num_threads().min(count);
+        let head = HeadStart::of(sequences, self.fps);
         let others = |fold: usize| -> Vec<&Sequence> {
             let is_other = |s: &&Sequence| fold_of(s.motion_number, count) != fold;
             sequences.iter().filter(is_other).collect()
         };
         let folds = (0..count).into_par_iter().map(|fold| {
             let name = format!("without_{fold}");
-            self.train(&name, fold_steps, &others(fold), at_once, &progress)
+            self.train(&name, fold_steps, &others(fold), head, at_once, &progress)
         });
         let folds = folds.collect::<Result<Vec<_>, TrainError>>()?;
         let predicted = |s: &Sequence| match &folds[fold_of(s.motion_number, count)] {
@@ -137,7 +140,7 @@ impl RecurrenceTrainer<'_> {
         };
         let amplified = swings.amplified(sequences, &blend.left_out);
         let all: Vec<&Sequence> = amplified.iter().collect();
-        let recurrence = self.train("all", steps, &all, 1, &progress)?;
+        let recurrence = self.train("all", steps, &all, head, 1, &progress)?;
         let start = match self.start(&all) {
             Some(_) => RecurrenceStart::Pretrained,
             None => RecurrenceStart::Random,
@@ -170,6 +173,7 @@ impl RecurrenceTrainer<'_> {
         name: &str,
         steps: u64,
         sequences: &[&Sequence],
+        head: HeadStart,
         at_once: usize,
         progress: &Progress,
     ) -> Result<Option<Recurrence>, TrainError> {
@@ -177,6 +181,7 @@ impl RecurrenceTrainer<'_> {
         let training = UnitTraining {
             settings: self.settings,
             start: self.start(sequences),
+            head,
             steps,
             seed: self.seed,
             fps: self.fps,

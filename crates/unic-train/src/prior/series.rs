@@ -4,6 +4,7 @@ use crate::{
     dataset::MotionVectors,
     mirror::{View, mirrored, mirrored_surface},
     recurrence::Sequence,
+    regression::Pairs,
 };
 use glam::Vec3;
 use rayon::prelude::*;
@@ -108,10 +109,6 @@ impl<'a> Series<'a> {
         self.view
     }
 
-    pub(super) fn motion_number(&self) -> usize {
-        self.motion_number
-    }
-
     /// Cuts the series into at most `count` consecutive pieces, each numbered as a motion of its
     /// own.
     fn cut(&self, count: usize) -> impl Iterator<Item = Self> {
@@ -140,10 +137,6 @@ impl<'a> Series<'a> {
         self.frames.clone().flat_map(pair).collect()
     }
 
-    pub(super) fn moments(&self) -> Moments {
-        Moments::new(&self.inputs(), &self.components, self.len())
-    }
-
     /// Subtracts K constants from the components of every frame.
     fn subtract(&mut self, by: &[f64]) {
         for frame in self.components.chunks_mut(by.len().max(1)) {
@@ -162,7 +155,7 @@ impl<'a> Series<'a> {
     }
 
     /// Components minus those that a linear map predicts, frames × K.
-    pub(super) fn residual(&self, map: Option<&LinearMap>) -> impl Iterator<Item = f64> {
+    fn residual(&self, map: Option<&LinearMap>) -> impl Iterator<Item = f64> {
         let predicted = self.predicted(map).into_iter();
         self.components.iter().zip(predicted).map(|(c, p)| c - p)
     }
@@ -177,6 +170,20 @@ impl<'a> Series<'a> {
             linear: in_f32(&self.predicted(map)),
             motion_number: self.motion_number,
         }
+    }
+}
+
+impl Pairs for Series<'_> {
+    fn motion_number(&self) -> usize {
+        self.motion_number
+    }
+
+    fn moments(&self) -> Moments {
+        Moments::new(&self.inputs(), &self.components, self.len())
+    }
+
+    fn squared_error(&self, map: Option<&LinearMap>) -> f64 {
+        self.residual(map).map(|e| e * e).sum()
     }
 }
 

@@ -127,8 +127,8 @@ impl Products {
     }
 }
 
-/// Products of one motion by group, relative to the squares that the linear map leaves of it: a
-/// lively motion does not decide alone.
+/// Products of one motion by group, divided so that neither a lively motion nor a calm one decides
+/// alone (see [`balanced`]).
 type MotionProducts = Vec<Products>;
 
 /// Sums of the motions' products, by group.
@@ -158,7 +158,8 @@ fn shares(groups: &[Products], freedom: Freedom) -> Vec<f64> {
 /// other motions.
 #[derive(Clone, Copy, Debug)]
 struct Gain {
-    /// Share of the squares left by the linear map that the blend removes, averaged over motions.
+    /// Share of the squares left by the linear map that the blend removes, averaged over motions, the
+    /// squares being those of [`balanced`].
     mean: f64,
     /// Standard error of that average.
     error: f64,
@@ -188,31 +189,44 @@ impl Gain {
     }
 }
 
-/// Products of each motion that the linear map does not predict exactly.
+/// Products of the motions.
 fn by_motion(sequences: &[Sequence], recurrent: &[Vec<f32>]) -> Vec<MotionProducts> {
     let count = sequences.first().map_or(0, Sequence::outputs);
     let groups = count.checked_sub(1).map_or(0, |last| group_of(last) + 1);
-    let mut motions = vec![vec![Products::default(); groups]; motion_count(sequences)];
+    let mut motions = vec![(vec![Products::default(); groups], 0); motion_count(sequences)];
     for (sequence, recurrent) in zip(sequences, recurrent) {
-        let motion = &mut motions[sequence.motion_number];
+        let (motion, frames) = &mut motions[sequence.motion_number];
+        *frames += sequence.len();
         let numbers = zip(zip(&sequence.linear, recurrent), &sequence.coefficients);
         for (i, ((l, r), t)) in numbers.enumerate() {
             motion[group_of(i % count)].add(1.0, &Products::of(*l, *r, *t));
         }
     }
-    motions.into_iter().filter_map(relative).collect()
+    balanced(motions)
 }
 
-/// Divides the products of a motion by the squares that the linear map leaves. Returns none for a
-/// motion that it predicts exactly, which has nothing left to compare.
-fn relative(motion: MotionProducts) -> Option<MotionProducts> {
-    let left: f64 = motion.iter().map(|p| p.left).sum();
-    let scaled = |p: &Products| {
-        let mut scaled = Products::default();
-        scaled.add(1.0 / left, p);
-        scaled
+/// Divides the products of each motion, summed over so many frames, by the mean of two numbers: the
+/// squares that the linear map leaves of it, and those that it leaves of as many frames of an
+/// average motion. By the first alone, a calm motion that the linear map predicts well outweighs all
+/// others: a small error in it is a multiple. By the second alone, the liveliest motion does.
+fn balanced(mut motions: Vec<(MotionProducts, usize)>) -> Vec<MotionProducts> {
+    motions.retain(|(_, frames)| *frames > 0);
+    let left = |(products, frames): &(MotionProducts, usize)| {
+        products.iter().map(|p| p.left).sum::<f64>() / *frames as f64
     };
-    (left > 0.0).then(|| motion.iter().map(scaled).collect())
+    let mean = motions.iter().map(left).sum::<f64>() / motions.len().max(1) as f64;
+    // Motions that the linear map predicts exactly leave nothing to compare.
+    motions.retain(|motion| left(motion) + mean > 0.0);
+    let divided = |motion: &(MotionProducts, usize)| {
+        let by = 0.5 * (left(motion) + mean) * motion.1 as f64;
+        let scaled = |p: &Products| {
+            let mut scaled = Products::default();
+            scaled.add(1.0 / by, p);
+            scaled
+        };
+        motion.0.iter().map(scaled).collect()
+    };
+    motions.iter().map(divided).collect()
 }
 
 #[cfg(test)]
@@ -275,15 +289,42 @@ mod tests {
     /// Groups of a motion whose truth is a blend with these shares of two predictions that are
     /// unrelated.
     fn motion(shares: &[f32]) -> MotionProducts {
+        balanced(vec![(sums(shares), FRAMES)]).remove(0)
+    }
+
+    const FRAMES: usize = 64;
+
+    /// Sums of such a motion over its frames.
+    fn sums(shares: &[f32]) -> MotionProducts {
         let frames = |share: &f32| {
             let mut products = Products::default();
-            for t in 0..64 {
+            for t in 0..FRAMES {
                 let (l, r) = ((0.7 * t as f32).sin(), (1.3 * t as f32).cos());
                 products.add(1.0, &Products::of(l, r, l + share * (r - l)));
             }
             products
         };
-        relative(shares.iter().map(frames).collect()).unwrap()
+        shares.iter().map(frames).collect()
+    }
+
+    #[test]
+    fn neither_a_calm_motion_nor_a_lively_one_decides_alone() {
+        let sized = |size: f64, shares: &[f32]| {
+            let mut products = vec![Products::default(); shares.len()];
+            zip(&mut products, sums(shares)).for_each(|(sum, p)| sum.add(size * size, &p));
+            (products, FRAMES)
+        };
+        // One of twice the size has four times the squares and counts twice as much as another.
+        let motions = balanced(vec![sized(1.0, &[0.8]), sized(1.0, &[0.8]), sized(2.0, &[0.8])]);
+        let ratio = motions[2][0].left / motions[0][0].left;
+        assert!((ratio - 2.0).abs() < 1e-9, "{ratio}");
+        // A hundredth of the squares does not turn the share of the others around.
+        let motions = balanced(vec![sized(1.0, &[0.8]), sized(0.1, &[-0.8])]);
+        let share = shares(&sum(&motions), Freedom::Common)[0];
+        assert!((0.7..0.8).contains(&share), "{share}");
+        let still = (vec![Products::default()], FRAMES);
+        assert!(balanced(vec![still]).is_empty());
+        assert!(balanced(vec![(vec![Products::default()], 0)]).is_empty());
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Pretraining of a recurrent unit on several garments in the same motion.
 
 use super::{
+    head::HeadStart,
     human_motion::{ELEMENTS, Element, human_elements, kept},
     pretrained::{FPS, PretrainedUnit},
     sequence::Sequence,
@@ -83,6 +84,7 @@ impl Pretraining<'_> {
         let training = UnitTraining {
             settings,
             start: None,
+            head: HeadStart::Random,
             steps: settings.steps_for(sequences.iter().map(Sequence::len).sum()),
             seed: self.settings.seed,
             fps: first.capture.manifest.fps,

@@ -39,10 +39,29 @@ impl Sequence<'_> {
 
     /// Coefficients that a recurrence predicts, computed as the animator does: frames × K.
     pub(crate) fn predicted_by(&self, recurrence: &Recurrence) -> Vec<f32> {
+        let mut coefficients = Vec::with_capacity(self.coefficients.len());
+        self.run(recurrence, |state, scratch| {
+            let first = coefficients.len();
+            coefficients.resize(first + self.outputs(), 0.0);
+            recurrence.add_to(state, scratch, &mut coefficients[first..]);
+        });
+        coefficients
+    }
+
+    /// What the last map of a recurrence reads: frames × width.
+    pub(super) fn hidden(&self, recurrence: &Recurrence) -> Vec<f32> {
+        let mut hidden = Vec::with_capacity(self.len() * recurrence.head.inputs);
+        self.run(recurrence, |state, scratch| {
+            hidden.extend_from_slice(recurrence.hidden(state, scratch))
+        });
+        hidden
+    }
+
+    /// Runs a recurrence through the frames and shows `each` its state.
+    fn run(&self, recurrence: &Recurrence, mut each: impl FnMut(&[f32], &mut RecurrenceScratch)) {
         let (mut scratch, mut state) = (RecurrenceScratch::default(), Vec::new());
-        let mut coefficients = vec![0.0; self.coefficients.len()];
         let mut pair = Vec::new();
-        for (t, out) in coefficients.chunks_exact_mut(self.outputs().max(1)).enumerate() {
+        for t in 0..self.len() {
             pair.clear();
             self.write_pair(t, &mut pair);
             recurrence.embed(&pair, &mut scratch);
@@ -50,9 +69,8 @@ impl Sequence<'_> {
                 0 => recurrence.start(&mut scratch, &mut state),
                 _ => recurrence.advance(&mut scratch, &mut state),
             }
-            recurrence.add_to(&state, &mut scratch, out);
+            each(&state, &mut scratch);
         }
-        coefficients
     }
 }
 

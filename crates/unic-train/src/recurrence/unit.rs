@@ -1,6 +1,7 @@
 //! A linear recurrent unit in training.
 
 use super::{
+    head::Head,
     pretrained::UnitStart,
     scan::oscillations,
     sizes::{LEAST_RATE, Sizes},
@@ -19,7 +20,7 @@ use std::f32::consts::TAU;
 
 /// Factor on the mean error over a window, before squaring. What is constant over the seconds of a
 /// window is mostly how the cloth came to lie, which the motion does not tell.
-const SLOW_SHARE: f64 = 0.3;
+pub(super) const SLOW_SHARE: f64 = 0.3;
 
 /// Time constants of the oscillators at the start, seconds: from a flutter to a slow slide.
 const TIME_CONSTANTS_S: [f32; 2] = [0.05, 2.0];
@@ -96,6 +97,15 @@ impl Unit {
         values[..2].clone_from_slice(&[rates.clone(), angles.clone()]);
         values[2..][..start.weights.len()].clone_from_slice(&start.weights);
         values[2 + maps..][..start.biases.len()].clone_from_slice(&start.biases);
+        replaced(self, &values)
+    }
+
+    /// Replaces the values of the last map.
+    pub(super) fn with_head(self, head: Head) -> Self {
+        let mut values = values(&self);
+        let maps = self.weights.len();
+        values[1 + maps] = head.weight;
+        values[1 + 2 * maps] = head.bias;
         replaced(self, &values)
     }
 
@@ -273,6 +283,19 @@ mod tests {
         assert_eq!(after[2..6], start.weights);
         assert_eq!(after[7..11], start.biases);
         assert_eq!([&after[6], &after[11]], [&before[6], &before[11]]);
+    }
+
+    #[test]
+    fn a_head_replaces_the_last_map_alone() {
+        let (sizes, unit) = small(2, &Device::flex().autodiff());
+        let mut expected = values(&unit);
+        let head = Head {
+            weight: vec![0.5; sizes.width * sizes.outputs],
+            bias: vec![-1.0; sizes.outputs],
+        };
+        expected[6] = head.weight.clone();
+        expected[11] = head.bias.clone();
+        assert_eq!(values(&unit.with_head(head)), expected);
     }
 
     #[test]

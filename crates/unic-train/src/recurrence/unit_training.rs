@@ -1,6 +1,7 @@
 //! Training of one recurrent unit.
 
 use super::{
+    head::{Head, HeadStart},
     pretrained::UnitStart,
     sequence::Sequence,
     sizes::Sizes,
@@ -16,6 +17,7 @@ use crate::{
     event::{Control, Event, Outcome},
     learner::{Averaging, Learner, Training},
     noise::normal,
+    parameters::values,
     processor::Processor,
     stream::{Stream, generator},
 };
@@ -32,6 +34,8 @@ pub(super) struct UnitTraining<'a> {
     pub(super) settings: &'a RecurrenceSettings,
     /// First values of the parameters, of the unit's sizes. Random ones without.
     pub(super) start: Option<&'a UnitStart>,
+    /// First values of the last map of a unit with a start.
+    pub(super) head: HeadStart,
     pub(super) steps: u64,
     pub(super) seed: u64,
     /// Ticks per second.
@@ -101,6 +105,12 @@ impl UnitTraining<'_> {
         if let Some(start) = self.start {
             debug_assert!(start.fits(windows.sizes()), "the trainer has compared the sizes");
             unit = unit.started(start);
+        }
+        if self.start.is_some() && self.head == HeadStart::Regressed {
+            let recurrence = windows.sizes().recurrence(&values(&unit), 1.0);
+            if let Some(head) = Head::fit(&recurrence, sequences, windows.scale(), self.settings.frames) {
+                unit = unit.with_head(head);
+            }
         }
         let mut learner = Learner::new(unit, Averaging::Decay(AVERAGE));
         self.resume(&mut learner, &objective.record)?;

@@ -79,10 +79,11 @@ impl Gain {
         self.mean - STANDARD_ERRORS * self.error
     }
 
-    /// Returns whether the field converges and does no more harm than noise. One without an effect
-    /// after few steps may gain with more.
+    /// Returns whether the field converges and does no harm beyond one standard error. One without an
+    /// effect after few steps may gain with more. One that does harm is far from a gain of two
+    /// standard errors.
     pub(super) fn may_help(&self) -> bool {
-        let noise = LEAST_GAIN.max(STANDARD_ERRORS * self.error);
+        let noise = LEAST_GAIN.max(self.error);
         self.least > DIVERGED && self.mean >= -noise
     }
 

@@ -286,8 +286,8 @@ fn only_fields_that_surely_do_harm_end_a_sizing() {
         gain.may_help()
     };
     // Too few steps to do anything, or too few motions to tell.
-    assert!(may_help(0.0, 0.0) && may_help(-0.001, 0.001) && may_help(-0.01, 0.009));
-    assert!(!may_help(-0.013, 0.004) && !may_help(-0.0021, 0.001));
+    assert!(may_help(0.0, 0.0) && may_help(-0.001, 0.001) && may_help(-0.009, 0.01));
+    assert!(!may_help(-0.013, 0.01) && !may_help(-0.0021, 0.001));
     let error = |motion, factor: f64| judge::MotionError {
         motion,
         squares: [factor, factor, factor, factor, 1.0],
