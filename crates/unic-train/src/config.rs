@@ -144,7 +144,8 @@ pub enum RecurrenceStart {
     Random,
     /// Parameters of the unit that comes with the program, which has learned how other garments
     /// follow human motion. Random for a skeleton that is not recognised as a human's, in another
-    /// layout than `heading`, and for other sizes than 128 oscillators and a width of 256.
+    /// layout than `heading`, and for other sizes than 128 oscillators and a width of 256. The last
+    /// map is the garment's own: random, or a regression with less than a minute of motion.
     Pretrained,
 }
 

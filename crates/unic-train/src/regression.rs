@@ -57,7 +57,7 @@ impl LeaveOneOut {
             _ => {
                 let errors = strengths.iter().map(|strength| (error(*strength), *strength));
                 let best = errors.min_by(|a, b| a.0.total_cmp(&b.0));
-                best.map_or(1.0, |best| best.1)
+                best.map_or_else(|| middle(strengths), |best| best.1)
             }
         };
         Self {

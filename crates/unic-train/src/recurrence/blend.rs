@@ -10,8 +10,7 @@ use super::sequence::{Sequence, motion_count};
 use std::iter::zip;
 use unic_core::recurrence::Recurrence;
 
-/// Blends with a smaller gain are noise: share of the squares left by the linear map that the blend
-/// removes.
+/// Blends with a smaller gain are noise ([`Gain::mean`]).
 const LEAST_GAIN: f64 = 0.02;
 
 /// Strength of the pull of a group's share towards the common share, as a multiple of the group's
@@ -208,14 +207,16 @@ fn by_motion(sequences: &[Sequence], recurrent: &[Vec<f32>]) -> Vec<MotionProduc
 /// Divides the products of each motion, summed over so many frames, by the mean of two numbers: the
 /// squares that the linear map leaves of it, and those that it leaves of as many frames of an
 /// average motion. By the first alone, a calm motion that the linear map predicts well outweighs all
-/// others: a small error in it is a multiple. By the second alone, the liveliest motion does.
+/// others: the blend can multiply its small error. By the second alone, the liveliest motion does.
 fn balanced(mut motions: Vec<(MotionProducts, usize)>) -> Vec<MotionProducts> {
     motions.retain(|(_, frames)| *frames > 0);
     let left = |(products, frames): &(MotionProducts, usize)| {
         products.iter().map(|p| p.left).sum::<f64>() / *frames as f64
     };
+    // A motion without finite numbers is left out.
+    motions.retain(|motion| left(motion).is_finite());
     let mean = motions.iter().map(left).sum::<f64>() / motions.len().max(1) as f64;
-    // Motions that the linear map predicts exactly leave nothing to compare.
+    // Where the linear map predicts all motions exactly, there is nothing to compare.
     motions.retain(|motion| left(motion) + mean > 0.0);
     let divided = |motion: &(MotionProducts, usize)| {
         let by = 0.5 * (left(motion) + mean) * motion.1 as f64;

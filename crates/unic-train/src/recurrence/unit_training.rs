@@ -70,6 +70,8 @@ struct UnitRecord {
     steps: u64,
     seed: u64,
     fps: f32,
+    #[serde(default)]
+    head: HeadStart,
 }
 
 impl UnitTraining<'_> {
@@ -97,6 +99,7 @@ impl UnitTraining<'_> {
                 steps: self.steps,
                 seed: self.seed,
                 fps: self.fps,
+                head: self.head,
             },
             device: self.device,
             draw: |step| windows.draw(&mut generator(self.seed, Stream::Recurrence, step)),
@@ -106,14 +109,18 @@ impl UnitTraining<'_> {
             debug_assert!(start.fits(windows.sizes()), "the trainer has compared the sizes");
             unit = unit.started(start);
         }
-        if self.start.is_some() && self.head == HeadStart::Regressed {
+        let checkpoint = self.checkpoint(&objective.record)?;
+        if checkpoint.is_none() && self.start.is_some() && self.head == HeadStart::Regressed {
             let recurrence = windows.sizes().recurrence(&values(&unit), 1.0);
-            if let Some(head) = Head::fit(&recurrence, sequences, windows.scale(), self.settings.frames) {
+            if let Some(head) = Head::fit(&recurrence, sequences, windows.scale(), windows.frames()) {
                 unit = unit.with_head(head);
             }
         }
         let mut learner = Learner::new(unit, Averaging::Decay(AVERAGE));
-        self.resume(&mut learner, &objective.record)?;
+        if let Some(checkpoint) = checkpoint {
+            let restored = learner.restore(&checkpoint);
+            restored.map_err(|found| self.wrong_checkpoint(found))?;
+        }
         let before = learner.step();
         progress.add_restored(learner.seconds() / self.at_once as f64);
         // A stop is asked for once per unit, also where nothing of the unit is left to train.
@@ -135,16 +142,23 @@ impl UnitTraining<'_> {
         }
     }
 
-    fn resume(&self, learner: &mut Learner<Unit>, record: &UnitRecord) -> Result<(), TrainError> {
-        let Some(folder) = self.folder else { return Ok(()) };
-        let wrong = |found: &str| TrainError::Checkpoint {
-            path: folder.to_owned(),
-            found: found.to_owned(),
+    /// Reads the newest checkpoint of the training, if there is one.
+    fn checkpoint(&self, record: &UnitRecord) -> Result<Option<Checkpoint<UnitRecord>>, TrainError> {
+        let Some(folder) = self.folder else {
+            return Ok(None);
         };
         match Checkpoint::<UnitRecord>::newest(folder)? {
-            None => Ok(()),
-            Some(checkpoint) if checkpoint.record != *record => Err(wrong("one of other settings")),
-            Some(checkpoint) => learner.restore(&checkpoint).map_err(wrong),
+            Some(checkpoint) if checkpoint.record != *record => {
+                Err(self.wrong_checkpoint("one of other settings"))
+            }
+            checkpoint => Ok(checkpoint),
+        }
+    }
+
+    fn wrong_checkpoint(&self, found: &str) -> TrainError {
+        TrainError::Checkpoint {
+            path: self.folder.unwrap_or(Path::new("")).to_owned(),
+            found: found.to_owned(),
         }
     }
 }
@@ -217,6 +231,7 @@ pub(crate) fn frames_per_second(
             steps: STEPS.len() as u64,
             seed: 0,
             fps: FPS,
+            head: HeadStart::Random,
         },
         device: &device,
         draw: |step| noise(settings, sizes, step),

@@ -77,6 +77,11 @@ impl<'a> Windows<'a> {
         self.sizes
     }
 
+    /// Frames of a window.
+    pub(super) fn frames(&self) -> usize {
+        self.frames
+    }
+
     /// Returns the metres in one unit of a target.
     pub(super) fn scale(&self) -> f32 {
         self.scale

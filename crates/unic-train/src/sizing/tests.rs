@@ -274,7 +274,7 @@ fn a_gain_below_two_standard_errors_is_noise() {
 }
 
 #[test]
-fn only_fields_that_surely_do_harm_end_a_sizing() {
+fn fields_that_do_harm_beyond_noise_end_a_sizing() {
     let may_help = |mean, error| {
         let (share, least) = (1.0, 0.0);
         let gain = Gain {
