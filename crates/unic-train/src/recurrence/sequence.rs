@@ -48,7 +48,7 @@ impl Sequence<'_> {
         coefficients
     }
 
-    /// What the last map of a recurrence reads: frames × width.
+    /// Computes the inputs of a recurrence's last map, frames × width.
     pub(super) fn hidden(&self, recurrence: &Recurrence) -> Vec<f32> {
         let mut hidden = Vec::with_capacity(self.len() * recurrence.head.inputs);
         self.run(recurrence, |state, scratch| {
