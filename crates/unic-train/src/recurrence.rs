@@ -178,10 +178,11 @@ impl RecurrenceTrainer<'_> {
         progress: &Progress,
     ) -> Result<Option<Recurrence>, TrainError> {
         let folder = self.folder.map(|folder| folder.join(name));
+        let start = self.start(sequences);
         let training = UnitTraining {
             settings: self.settings,
-            start: self.start(sequences),
-            head,
+            start,
+            head: start.map_or(HeadStart::Random, |_| head),
             steps,
             seed: self.seed,
             fps: self.fps,

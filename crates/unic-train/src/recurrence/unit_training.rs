@@ -34,7 +34,7 @@ pub(super) struct UnitTraining<'a> {
     pub(super) settings: &'a RecurrenceSettings,
     /// First values of the parameters, of the unit's sizes. Random ones without.
     pub(super) start: Option<&'a UnitStart>,
-    /// First values of the last map of a unit with a start.
+    /// First values of the last map; random ones without a start.
     pub(super) head: HeadStart,
     pub(super) steps: u64,
     pub(super) seed: u64,
@@ -110,7 +110,7 @@ impl UnitTraining<'_> {
             unit = unit.started(start);
         }
         let checkpoint = self.checkpoint(&objective.record)?;
-        if checkpoint.is_none() && self.start.is_some() && self.head == HeadStart::Regressed {
+        if checkpoint.is_none() && self.head == HeadStart::Regressed {
             let recurrence = windows.sizes().recurrence(&values(&unit), 1.0);
             if let Some(head) = Head::fit(&recurrence, sequences, windows.scale(), windows.frames()) {
                 unit = unit.with_head(head);

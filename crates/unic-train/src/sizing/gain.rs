@@ -10,8 +10,8 @@ pub(super) const SHARES: [f32; 4] = [1.0, 0.75, 0.5, 0.25];
 /// Gains below this share of the prior's RMSE are noise.
 const LEAST_GAIN: f64 = 0.002;
 
-/// Standard errors by which a gain must differ from zero. The best of several shares and
-/// candidates is chosen on the same motions, so one would accept noise.
+/// Standard errors by which a gain must differ from zero. The best of several shares and candidates
+/// is chosen on the same motions, so one would accept noise.
 const STANDARD_ERRORS: f64 = 2.0;
 
 /// Gain of a field whose error is not finite. JSON has no infinity.
