@@ -161,7 +161,7 @@ impl Animator {
                 && handling.contact_planes(&scratch.positions, &mut scratch.planes)
             {
                 projection.relax(&scratch.planes, &mut scratch.positions, &mut scratch.projection);
-                handling.correct_again(colliders, &scratch.planes, &mut scratch.positions);
+                handling.correct_again(&model.garment, colliders, &scratch.planes, &mut scratch.positions);
             }
         }
     }

@@ -13,6 +13,7 @@ mod poke_through;
 mod retraction;
 mod smoothing;
 mod stretched_faces;
+mod tears;
 
 use super::{Contact, Layers, RobustBody, RobustIntersection, packets::Packets, robust::LIMB_RADIUS_M};
 use crate::{
@@ -29,6 +30,7 @@ use layer_order::LayerOrder;
 use neighbours::Neighbours;
 use packet_summary::PacketSummary;
 use smoothing::{SWEEPS, Smoothing};
+use tears::Tears;
 
 /// Number of vertices that one thread takes at a time.
 const CHUNK: usize = 1024;
@@ -60,6 +62,7 @@ pub struct DisplayPass {
     /// Smallest displacement that each vertex needs, by slot.
     corrections: Corrections,
     smoothing: Smoothing,
+    tears: Tears,
     /// Summary of each packet.
     summaries: Vec<PacketSummary>,
     /// Shown positions by slot, metres. Valid in packets in which something moves.
@@ -120,6 +123,7 @@ impl DisplayPass {
             has_retracted: false,
             corrections: Corrections::new(packets.len()),
             smoothing: Smoothing::new(packets.len()),
+            tears: Tears::new(packets.len()),
             summaries: vec![PacketSummary::default(); packets.len() / LANES],
             to_recheck: slots.clone(),
             shown: slots,

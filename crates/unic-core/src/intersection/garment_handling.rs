@@ -124,6 +124,7 @@ impl GarmentHandling {
     /// Corrects shown positions once more after sweeps along the [planes](Self::contact_planes).
     pub(crate) fn correct_again(
         &mut self,
+        garment: &Garment,
         colliders: &[Collider],
         planes: &[ContactPlane],
         positions: &mut [Vec3],
@@ -133,7 +134,7 @@ impl GarmentHandling {
                 body,
                 vertices: &self.body_vertices,
                 colliders,
-                skinned: None,
+                skinned: skinned_garment(self.mode, garment, &self.world_from_rest),
             };
             display.correct_again(scene, planes, positions);
         }
@@ -147,16 +148,11 @@ impl GarmentHandling {
         positions: &mut [Vec3],
     ) {
         if let (Handling::Robust(_, body), Some(display)) = (&self.handling, &mut self.display) {
-            let skinned = Some(SkinnedGarment {
-                garment,
-                world_from_rest: &self.world_from_rest,
-            });
             let scene = CollisionScene {
                 body,
                 vertices: &self.body_vertices,
                 colliders,
-                // Corrected states are not deep. They take the shortest way, as in training.
-                skinned: skinned.filter(|_| !self.mode.corrects_state()),
+                skinned: skinned_garment(self.mode, garment, &self.world_from_rest),
             };
             display.apply(scene, positions);
         }
@@ -180,6 +176,19 @@ impl GarmentHandling {
         }
         self.correct_for_display(garment, &[], positions);
     }
+}
+
+/// Skinned garment that deep or torn cloth is drawn towards.
+fn skinned_garment<'a>(
+    mode: IntersectionMode,
+    garment: &'a Garment,
+    world_from_rest: &'a [Rigid],
+) -> Option<SkinnedGarment<'a>> {
+    // Corrected states are not deep. They take the shortest way, as in training.
+    (!mode.corrects_state()).then_some(SkinnedGarment {
+        garment,
+        world_from_rest,
+    })
 }
 
 /// Skins the body into world space, on all threads.

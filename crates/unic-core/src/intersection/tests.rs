@@ -22,6 +22,7 @@ mod coherence;
 mod creases;
 mod retraction;
 mod stretched_faces;
+mod tears;
 
 /// Height to which vertices are pushed, metres.
 const MARGIN_M: f32 = 0.003;

@@ -8,8 +8,8 @@ impl DisplayPass {
     /// Corrects shown positions, metres, that sweeps have moved since [`apply`](Self::apply).
     ///
     /// Vertices with a plane, and those that have moved by more than their height over the margin,
-    /// are pushed off the body, each by itself. All are pushed out of the colliders. Then stretched
-    /// faces that cut through the body are lifted, and layers are put in order.
+    /// are pushed off the body, each by itself. All are pushed out of the colliders. Then tears are
+    /// healed, stretched faces that cut through the body are lifted, and layers are put in order.
     pub(crate) fn correct_again(
         &mut self,
         scene: CollisionScene,
@@ -21,7 +21,13 @@ impl DisplayPass {
             // Unknown where the vertices are now, so that all that move are searched for.
             contact.height_m = f32::NAN;
         }
-        self.lift_faces_again(scene, positions);
+        self.find_stretched_again(scene, positions);
+        if let Some(skinned) = scene.skinned
+            && self.heal_tears(scene, skinned, positions)
+        {
+            self.find_stretched_again(scene, positions);
+        }
+        self.lift_stretched_again(scene, positions);
         self.order_layers(scene, positions);
     }
 
@@ -56,12 +62,15 @@ impl DisplayPass {
         });
     }
 
-    /// Lifts stretched faces that cut through the body, and their neighbours.
-    fn lift_faces_again(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
+    fn find_stretched_again(&mut self, scene: CollisionScene, positions: &[Vec3]) {
         self.load_positions(scene.body, positions);
+        (self.face_lifting).find_stretched_again(scene, &self.at, &self.contacts);
+    }
+
+    /// Lifts the stretched faces that were found, and their neighbours.
+    fn lift_stretched_again(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
         self.corrections.clear();
-        let (neighbours, corrections) = (&self.neighbours, &mut self.corrections);
-        (self.face_lifting).lift_again(scene, neighbours, &self.at, &self.contacts, corrections);
+        (self.face_lifting).lift_stretched_again(&self.neighbours, &mut self.corrections);
         self.spread_corrections(scene, positions);
     }
 

@@ -108,6 +108,11 @@ impl Cloth {
         self.is_near[face as usize] && covering_radius(corners) > factor * self.radii[face as usize]
     }
 
+    /// Stretch of a face with these corners, as a factor on its size at rest.
+    pub(super) fn stretch(&self, face: u32, corners: [Vec3; 3]) -> f32 {
+        covering_radius(corners) / self.radii[face as usize]
+    }
+
     /// Slots of the corners of a face.
     #[inline(always)]
     pub(super) fn corners(&self, face: u32) -> [u32; 3] {

@@ -67,6 +67,11 @@ impl Neighbours {
         self.around_packet.row(packet)
     }
 
+    /// Welded slots across the edges of a welded slot.
+    pub(super) fn of_slot(&self, slot: usize) -> &[u32] {
+        self.around.row(slot)
+    }
+
     /// Mean of a value over the neighbours of a welded slot; zero without neighbours.
     pub(super) fn mean(&self, slot: usize, values: &[Vec3]) -> Vec3 {
         let around = self.around.row(slot);
