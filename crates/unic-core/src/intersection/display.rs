@@ -141,6 +141,7 @@ impl DisplayPass {
         self.find_corrections(scene);
         self.lift_faces(scene);
         self.spread_corrections(scene, positions);
+        self.heal_tears(scene, positions);
         self.order_layers(scene, positions);
     }
 
@@ -194,12 +195,7 @@ impl DisplayPass {
 
     /// Stores positions by slot; NaN in empty slots.
     fn load_positions(&mut self, body: &RobustBody, positions: &[Vec3]) {
-        let packets = body.contact_filter().garment_packets();
-        for_each_chunk(&mut self.at, CHUNK, |first, at| {
-            for (at, &vertex) in at.iter_mut().zip(&packets.vertices()[first..]) {
-                *at = positions.get(vertex as usize).copied().unwrap_or(Vec3::NAN);
-            }
-        });
+        sort_by_slot(body, positions, &mut self.at);
     }
 
     /// Extends the corrections to lift the faces that the body and colliders come through.
@@ -321,4 +317,14 @@ impl DisplayPass {
             }
         });
     }
+}
+
+/// Stores positions by slot; NaN in empty slots.
+fn sort_by_slot(body: &RobustBody, positions: &[Vec3], by_slot: &mut [Vec3]) {
+    let packets = body.contact_filter().garment_packets();
+    for_each_chunk(by_slot, CHUNK, |first, by_slot| {
+        for (place, &vertex) in by_slot.iter_mut().zip(&packets.vertices()[first..]) {
+            *place = positions.get(vertex as usize).copied().unwrap_or(Vec3::NAN);
+        }
+    });
 }

@@ -21,13 +21,9 @@ impl DisplayPass {
             // Unknown where the vertices are now, so that all that move are searched for.
             contact.height_m = f32::NAN;
         }
-        self.find_stretched_again(scene, positions);
-        if let Some(skinned) = scene.skinned
-            && self.heal_tears(scene, skinned, positions)
-        {
-            self.find_stretched_again(scene, positions);
-        }
-        self.lift_stretched_again(scene, positions);
+        self.heal_tears(scene, positions);
+        self.find_stretched_faces(scene, positions);
+        self.lift_stretched_faces(scene, positions);
         self.order_layers(scene, positions);
     }
 
@@ -62,15 +58,11 @@ impl DisplayPass {
         });
     }
 
-    fn find_stretched_again(&mut self, scene: CollisionScene, positions: &[Vec3]) {
+    /// Lifts the stretched faces that were found at these positions, and their neighbours.
+    fn lift_stretched_faces(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
         self.load_positions(scene.body, positions);
-        (self.face_lifting).find_stretched_again(scene, &self.at, &self.contacts);
-    }
-
-    /// Lifts the stretched faces that were found, and their neighbours.
-    fn lift_stretched_again(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
         self.corrections.clear();
-        (self.face_lifting).lift_stretched_again(&self.neighbours, &mut self.corrections);
+        (self.face_lifting).lift_stretched_faces(&self.neighbours, &mut self.corrections);
         self.spread_corrections(scene, positions);
     }
 

@@ -101,19 +101,19 @@ impl FaceLifting {
         }
     }
 
-    /// Finds the stretched faces that cut through the body at later positions.
+    /// Finds the stretched faces that cut through the body at other positions.
     ///
     /// `at` has the positions by slot, metres, and contacts their faces of the body. The faces are
-    /// those that were near the body in the last pass.
-    pub(super) fn find_stretched_again(&mut self, scene: CollisionScene, at: &[Vec3], contacts: &[Contact]) {
+    /// those that were near the body in the last [`lift`](Self::lift).
+    pub(super) fn find_stretched_faces(&mut self, scene: CollisionScene, at: &[Vec3], contacts: &[Contact]) {
         self.corrected.copy_from_slice(at);
         let context = lift_context(self.rule, scene, &self.cloth, &self.corrected, contacts);
         self.stretched_faces.find(MIN_STRETCH_AGAIN, &context);
     }
 
-    /// Slots of the corners and stretch of each face that was
-    /// [found](Self::find_stretched_again).
-    pub(super) fn stretched_faces_through_the_body(&self) -> impl Iterator<Item = ([u32; 3], f32)> {
+    /// Slots of the corners, and stretch, of each face that was
+    /// [found](Self::find_stretched_faces).
+    pub(super) fn stretched_faces(&self) -> impl Iterator<Item = ([u32; 3], f32)> {
         self.stretched_faces.iter().map(|lift| {
             let slots = self.cloth.corners(lift.face);
             let corners = slots.map(|slot| self.corrected[slot as usize]);
@@ -122,8 +122,8 @@ impl FaceLifting {
     }
 
     /// Extends the corrections by lifts of the faces that were
-    /// [found](Self::find_stretched_again).
-    pub(super) fn lift_stretched_again(&self, neighbours: &Neighbours, corrections: &mut Corrections) {
+    /// [found](Self::find_stretched_faces).
+    pub(super) fn lift_stretched_faces(&self, neighbours: &Neighbours, corrections: &mut Corrections) {
         for lift in self.stretched_faces.iter() {
             let longest_m = lift.corners.iter().map(|c| c.length()).fold(0.0, f32::max);
             let share = (MAX_LIFT_AGAIN_M - longest_m) / (0.25 * MAX_LIFT_AGAIN_M);

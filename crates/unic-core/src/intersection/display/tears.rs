@@ -1,19 +1,23 @@
 //! Tears: cloth whose neighbours have left a limb on opposite sides.
 
-use super::{CollisionScene, DisplayPass, SkinnedGarment, neighbours::Neighbours};
+use super::{CollisionScene, DisplayPass, SkinnedGarment, neighbours::Neighbours, sort_by_slot};
 use glam::Vec3;
 
 /// Stretch of a face through the body at which it begins to count as torn, and from which on it
 /// counts in full.
 const STRETCHES: std::ops::Range<f32> = 1.5..2.5;
 
-/// Fraction of its weight that each vertex gives to its neighbours, and the least weight that is
-/// given: a tear reaches four edges far.
-const NEIGHBOUR_FRACTION: f32 = 0.7;
+/// Fraction of its weight that each vertex gives to its neighbours.
+const NEIGHBOUR_FRACTION: f32 = 0.85;
+
+/// Least weight that is given: a tear reaches nine edges far.
 const MIN_WEIGHT: f32 = 0.2;
 
 /// Number of sweeps that smooth the cloth around a tear.
-const SWEEPS: usize = 12;
+const SWEEPS: usize = 40;
+
+/// Largest number of times that the tears of a garment are looked for and closed.
+const ROUNDS: usize = 4;
 
 /// Cloth around the tears of a frame.
 #[derive(Clone, Debug)]
@@ -23,6 +27,8 @@ pub(super) struct Tears {
     weights: Vec<f32>,
     /// Welded slots with a weight, in the order in which they were found.
     slots: Vec<u32>,
+    /// Welded slots whose neighbours have not taken from their weights.
+    open: Vec<u32>,
     /// Offsets from the skinned positions by slot, metres. Valid at `slots` and their neighbours.
     offsets: Vec<Vec3>,
     /// Offsets of `slots` after a sweep, metres.
@@ -34,6 +40,7 @@ impl Tears {
         Self {
             weights: vec![0.0; slots],
             slots: Vec::new(),
+            open: Vec::new(),
             offsets: vec![Vec3::ZERO; slots],
             next: Vec::new(),
         }
@@ -65,8 +72,9 @@ impl Tears {
     fn spread(&mut self, neighbours: &Neighbours) {
         // A slot whose weight grows later is visited again, so that the result does not depend on
         // the order of the faces.
-        let mut open: Vec<u32> = self.slots.clone();
-        while let Some(slot) = open.pop() {
+        self.open.clear();
+        self.open.extend_from_slice(&self.slots);
+        while let Some(slot) = self.open.pop() {
             let given = NEIGHBOUR_FRACTION * self.weights[slot as usize];
             if given < MIN_WEIGHT {
                 continue;
@@ -74,7 +82,7 @@ impl Tears {
             for &neighbour in neighbours.of_slot(slot as usize) {
                 if given > self.weights[neighbour as usize] {
                     self.mark(neighbour, given);
-                    open.push(neighbour);
+                    self.open.push(neighbour);
                 }
             }
         }
@@ -98,48 +106,69 @@ impl Tears {
 }
 
 impl DisplayPass {
-    /// Closes tears in shown positions, metres, of which `at` has those by slot. Returns whether
-    /// there are any.
+    /// Closes tears in shown positions, metres. Needs the skinned garment.
     ///
     /// Where a prediction is wrong by more than the radius of a limb, its cloth leaves the limb on
     /// all sides, however short each way out is. The skinned garment surrounds the limb. Around a
     /// tear, offsets of the cloth from the skinned garment are smoothed, so that its vertices come
-    /// to one side. Then they are pushed out of the body.
-    pub(super) fn heal_tears(
-        &mut self,
-        scene: CollisionScene,
-        skinned: SkinnedGarment,
-        positions: &mut [Vec3],
-    ) -> bool {
-        self.tears.clear();
-        for (slots, stretch) in self.face_lifting.stretched_faces_through_the_body() {
-            let weight = Tears::weight_of(stretch);
-            for slot in slots {
-                self.tears
-                    .mark(self.neighbours.welded_slot(slot as usize) as u32, weight);
+    /// to one side. Then each is pushed out of the body. Large tears close in several rounds.
+    pub(super) fn heal_tears(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
+        let Some(skinned) = scene.skinned else {
+            return;
+        };
+        for _ in 0..ROUNDS {
+            self.find_stretched_faces(scene, positions);
+            let largest = self.find_tears();
+            if largest == 0.0 {
+                break;
+            }
+            self.smooth_tears(scene, skinned);
+            self.move_to_offsets(scene, skinned, positions);
+            if largest < MIN_WEIGHT {
+                break;
             }
         }
-        if self.tears.slots.is_empty() {
-            return false;
+    }
+
+    /// Finds the stretched faces that cut through the body at shown positions, metres.
+    pub(super) fn find_stretched_faces(&mut self, scene: CollisionScene, positions: &[Vec3]) {
+        sort_by_slot(scene.body, positions, &mut self.to_recheck);
+        (self.face_lifting).find_stretched_faces(scene, &self.to_recheck, &self.contacts);
+    }
+
+    /// Finds the weights around the stretched faces that were found. Returns the largest.
+    fn find_tears(&mut self) -> f32 {
+        self.tears.clear();
+        let mut largest: f32 = 0.0;
+        for (slots, stretch) in self.face_lifting.stretched_faces() {
+            let weight = Tears::weight_of(stretch);
+            largest = largest.max(weight);
+            for slot in slots {
+                let welded = self.neighbours.welded_slot(slot as usize);
+                self.tears.mark(welded as u32, weight);
+            }
         }
-        let (neighbours, tears) = (&self.neighbours, &mut self.tears);
-        tears.spread(neighbours);
+        self.tears.spread(&self.neighbours);
+        largest
+    }
+
+    /// Smooths the offsets around tears. `to_recheck` has the shown positions by slot.
+    fn smooth_tears(&mut self, scene: CollisionScene, skinned: SkinnedGarment) {
+        let (neighbours, tears, at) = (&self.neighbours, &mut self.tears, &self.to_recheck);
         let vertices = scene.body.contact_filter().garment_packets().vertices();
         for &slot in &tears.slots {
             for &slot in neighbours.of_slot(slot as usize).iter().chain([&slot]) {
                 let slot = slot as usize;
-                tears.offsets[slot] = self.at[slot] - skinned.position(vertices[slot] as usize);
+                tears.offsets[slot] = at[slot] - skinned.position(vertices[slot] as usize);
             }
         }
         tears.smooth(neighbours);
-        self.move_to_offsets(scene, skinned, positions);
-        true
     }
 
     /// Moves the vertices around tears to their smoothed offsets, and out of the body from there.
     fn move_to_offsets(&mut self, scene: CollisionScene, skinned: SkinnedGarment, positions: &mut [Vec3]) {
-        let packets = scene.body.contact_filter().garment_packets();
-        for (slot, &vertex) in packets.vertices().iter().enumerate() {
+        let vertices = scene.body.contact_filter().garment_packets().vertices();
+        for (slot, &vertex) in vertices.iter().enumerate() {
             let welded = self.neighbours.welded_slot(slot);
             // Empty slots have no vertex.
             let is_moved = self.tears.weights[welded] > 0.0 && (vertex as usize) < positions.len();
@@ -149,10 +178,12 @@ impl DisplayPass {
             };
         }
         (self.rule).find_contacts(scene.body, &self.to_recheck, |_| true, &mut self.contacts);
-        for (slot, &vertex) in packets.vertices().iter().enumerate() {
-            if self.to_recheck[slot].is_finite() {
-                let out = self.contacts[slot].corrected;
-                positions[vertex as usize] = out.unwrap_or(self.to_recheck[slot]);
+        for (slot, &vertex) in vertices.iter().enumerate() {
+            let moved = self.to_recheck[slot];
+            if moved.is_finite() {
+                let shown = self.contacts[slot].corrected.unwrap_or(moved);
+                // The contact belongs to this place from now on.
+                (self.at[slot], positions[vertex as usize]) = (shown, shown);
             }
         }
     }

@@ -125,11 +125,11 @@ impl Group<'_> {
         let is_clear = !positions.iter().any(|p| height(p) <= self.rule.margin_m);
         if is_clear {
             for (contact, p) in contacts.iter_mut().zip(positions) {
-                *contact = Contact {
-                    face: centre.face,
-                    height_m: height(p),
-                    corrected: None,
-                };
+                // A vertex that was not searched for keeps its face and height.
+                contact.corrected = None;
+                if p.is_finite() {
+                    (contact.face, contact.height_m) = (centre.face, height(p));
+                }
             }
         }
         is_clear
