@@ -141,7 +141,6 @@ impl DisplayPass {
         self.find_corrections(scene);
         self.lift_faces(scene);
         self.spread_corrections(scene, positions);
-        self.heal_tears(scene, positions);
         self.order_layers(scene, positions);
     }
 

@@ -115,7 +115,7 @@ impl RobustBody {
     /// Returns whether all corners of a body face lie in a fold between parts that may both push
     /// the vertex, see [`folds::Folds`]. Over a face with a corner outside of folds there is room
     /// for cloth.
-    fn is_folded(&self, face: u32, vertex: usize) -> bool {
+    pub(super) fn is_folded(&self, face: u32, vertex: usize) -> bool {
         let class = self.contact_filter.garment_packets().class_of_vertex(vertex);
         let pushes = |face| self.contact_filter.face_may_push(face, vertex);
         let corners = self.surface.welded_faces().get(face as usize);

@@ -1,36 +1,65 @@
 //! Tears: cloth whose neighbours have left a limb on opposite sides.
 
-use super::{CollisionScene, DisplayPass, SkinnedGarment, neighbours::Neighbours, sort_by_slot};
+use super::{
+    CollisionScene, DisplayPass, SkinnedGarment, collider_lifts, neighbours::Neighbours, sort_by_slot,
+};
 use glam::Vec3;
+use std::ops::Range;
 
-/// Stretch of a face through the body at which it begins to count as torn, and from which on it
-/// counts in full.
-const STRETCHES: std::ops::Range<f32> = 1.5..2.5;
-
-/// Fraction of its weight that each vertex gives to its neighbours.
-const NEIGHBOUR_FRACTION: f32 = 0.85;
-
-/// Least weight that is given: a tear reaches nine edges far.
+/// Least weight that a vertex gives to its neighbours.
 const MIN_WEIGHT: f32 = 0.2;
 
-/// Number of sweeps that smooth the cloth around a tear.
-const SWEEPS: usize = 40;
+/// Rounds in which tears are looked for and closed.
+///
+/// Most tears close in the first two rounds. The others reach farther, for faces that are stretched
+/// farther: a wide reach around small tears, such as those under hanging arms, costs accuracy.
+const ROUNDS: [Round; 5] = [Round::NEAR, Round::NEAR, Round::FAR, Round::FAR, Round::FAR];
 
-/// Largest number of times that the tears of a garment are looked for and closed.
-const ROUNDS: usize = 4;
+/// Extent of the smoothing in a round.
+#[derive(Clone, Debug)]
+struct Round {
+    /// Stretch of a face through the body at which it begins to count as torn, and from which on it
+    /// counts in full.
+    stretches: Range<f32>,
+    /// Fraction of its weight that each vertex gives to its neighbours.
+    neighbour_fraction: f32,
+    sweeps: usize,
+}
+
+impl Round {
+    /// Weight of a face that is stretched by a factor through the body.
+    fn weight_of(&self, stretch: f32) -> f32 {
+        let Range { start, end } = self.stretches;
+        ((stretch - start) / (end - start)).clamp(0.0, 1.0)
+    }
+
+    /// Reaches four edges far.
+    const NEAR: Self = Self {
+        stretches: 1.5..2.5,
+        neighbour_fraction: 0.7,
+        sweeps: 20,
+    };
+
+    /// Reaches nine edges far.
+    const FAR: Self = Self {
+        stretches: 2.5..3.5,
+        neighbour_fraction: 0.85,
+        sweeps: 40,
+    };
+}
 
 /// Cloth around the tears of a frame.
 #[derive(Clone, Debug)]
 pub(super) struct Tears {
-    /// Share of its offset that a slot takes from its neighbours in a sweep: 1 at a tear, 0 away
-    /// from all of them.
+    /// Share of the smoothing that a slot takes part in: 1 at a tear, 0 away from all of them.
     weights: Vec<f32>,
     /// Welded slots with a weight, in the order in which they were found.
     slots: Vec<u32>,
-    /// Welded slots whose neighbours have not taken from their weights.
-    open: Vec<u32>,
-    /// Offsets from the skinned positions by slot, metres. Valid at `slots` and their neighbours.
+    /// Offsets from the skinned positions by slot, metres, valid at `slots` and their neighbours.
+    /// After the smoothing, displacements of `slots`.
     offsets: Vec<Vec3>,
+    /// Offsets of `slots` before the smoothing, metres.
+    before: Vec<Vec3>,
     /// Offsets of `slots` after a sweep, metres.
     next: Vec<Vec3>,
 }
@@ -39,16 +68,11 @@ impl Tears {
     pub(super) fn new(slots: usize) -> Self {
         Self {
             weights: vec![0.0; slots],
-            slots: Vec::new(),
-            open: Vec::new(),
+            slots: Vec::with_capacity(slots),
             offsets: vec![Vec3::ZERO; slots],
-            next: Vec::new(),
+            before: Vec::with_capacity(slots),
+            next: Vec::with_capacity(slots),
         }
-    }
-
-    /// Weight of a face that is stretched by a factor through the body.
-    fn weight_of(stretch: f32) -> f32 {
-        ((stretch - STRETCHES.start) / (STRETCHES.end - STRETCHES.start)).clamp(0.0, 1.0)
     }
 
     fn clear(&mut self) {
@@ -57,50 +81,59 @@ impl Tears {
         }
     }
 
-    /// Gives a welded slot at least a weight.
-    fn mark(&mut self, slot: u32, weight: f32) {
+    /// Gives a welded slot at least a weight. Returns whether it had less.
+    fn mark(&mut self, slot: u32, weight: f32) -> bool {
         let current = &mut self.weights[slot as usize];
-        if weight > *current {
+        let is_more = weight > *current;
+        if is_more {
             if *current == 0.0 {
                 self.slots.push(slot);
             }
             *current = weight;
         }
+        is_more
     }
 
     /// Spreads the weights over neighbours: each takes the largest of what its neighbours give.
-    fn spread(&mut self, neighbours: &Neighbours) {
-        // A slot whose weight grows later is visited again, so that the result does not depend on
-        // the order of the faces.
-        self.open.clear();
-        self.open.extend_from_slice(&self.slots);
-        while let Some(slot) = self.open.pop() {
-            let given = NEIGHBOUR_FRACTION * self.weights[slot as usize];
-            if given < MIN_WEIGHT {
-                continue;
-            }
-            for &neighbour in neighbours.of_slot(slot as usize) {
-                if given > self.weights[neighbour as usize] {
-                    self.mark(neighbour, given);
-                    self.open.push(neighbour);
+    fn spread(&mut self, neighbours: &Neighbours, fraction: f32) {
+        // Until nothing changes, so that the weights do not depend on the order of the faces.
+        let mut has_changed = true;
+        while std::mem::take(&mut has_changed) {
+            for k in 0..self.slots.len() {
+                let slot = self.slots[k] as usize;
+                let given = fraction * self.weights[slot];
+                if given < MIN_WEIGHT {
+                    continue;
+                }
+                for &neighbour in neighbours.of_slot(slot) {
+                    has_changed |= self.mark(neighbour, given);
                 }
             }
         }
     }
 
-    /// Replaces the offsets of weighted slots by means over their neighbours, in sweeps.
-    fn smooth(&mut self, neighbours: &Neighbours) {
-        for _ in 0..SWEEPS {
-            let (weights, offsets) = (&self.weights, &self.offsets);
-            let smoothed = |&slot: &u32| {
-                let slot = slot as usize;
-                offsets[slot].lerp(neighbours.mean(slot, offsets), weights[slot])
-            };
-            self.next.clear();
-            self.next.extend(self.slots.iter().map(smoothed));
-            for (&slot, next) in self.slots.iter().zip(&self.next) {
-                self.offsets[slot as usize] = *next;
+    /// Replaces the offsets of the slots by means over their neighbours, in sweeps, and stores what
+    /// that moves each of them by, times its weight.
+    fn smooth(&mut self, neighbours: &Neighbours, sweeps: usize) {
+        let Self {
+            weights,
+            slots,
+            offsets,
+            before,
+            next,
+        } = self;
+        before.clear();
+        before.extend(slots.iter().map(|&slot| offsets[slot as usize]));
+        for _ in 0..sweeps {
+            next.clear();
+            next.extend((slots.iter()).map(|&slot| neighbours.mean(slot as usize, offsets)));
+            for (&slot, next) in slots.iter().zip(&*next) {
+                offsets[slot as usize] = *next;
             }
+        }
+        for (&slot, before) in slots.iter().zip(&*before) {
+            let offset = &mut offsets[slot as usize];
+            *offset = (*offset - *before) * weights[slot as usize];
         }
     }
 }
@@ -116,17 +149,14 @@ impl DisplayPass {
         let Some(skinned) = scene.skinned else {
             return;
         };
-        for _ in 0..ROUNDS {
+        for round in ROUNDS {
             self.find_stretched_faces(scene, positions);
-            let largest = self.find_tears();
+            let largest = self.find_tears(scene, &round);
             if largest == 0.0 {
                 break;
             }
-            self.smooth_tears(scene, skinned);
-            self.move_to_offsets(scene, skinned, positions);
-            if largest < MIN_WEIGHT {
-                break;
-            }
+            self.smooth_tears(scene, skinned, &round);
+            self.move_around_tears(scene, positions);
         }
     }
 
@@ -137,23 +167,32 @@ impl DisplayPass {
     }
 
     /// Finds the weights around the stretched faces that were found. Returns the largest.
-    fn find_tears(&mut self) -> f32 {
+    fn find_tears(&mut self, scene: CollisionScene, round: &Round) -> f32 {
+        let vertices = scene.body.contact_filter().garment_packets().vertices();
+        // In folds of the body there is no room for cloth, and tears are hidden.
+        let is_folded = |&slot: &u32| {
+            let (skin, vertex) = (self.contacts[slot as usize].face, vertices[slot as usize]);
+            scene.body.is_folded(skin, vertex as usize)
+        };
         self.tears.clear();
         let mut largest: f32 = 0.0;
         for (slots, stretch) in self.face_lifting.stretched_faces() {
-            let weight = Tears::weight_of(stretch);
+            let weight = round.weight_of(stretch);
+            if weight == 0.0 || slots.iter().any(is_folded) {
+                continue;
+            }
             largest = largest.max(weight);
             for slot in slots {
                 let welded = self.neighbours.welded_slot(slot as usize);
                 self.tears.mark(welded as u32, weight);
             }
         }
-        self.tears.spread(&self.neighbours);
+        self.tears.spread(&self.neighbours, round.neighbour_fraction);
         largest
     }
 
     /// Smooths the offsets around tears. `to_recheck` has the shown positions by slot.
-    fn smooth_tears(&mut self, scene: CollisionScene, skinned: SkinnedGarment) {
+    fn smooth_tears(&mut self, scene: CollisionScene, skinned: SkinnedGarment, round: &Round) {
         let (neighbours, tears, at) = (&self.neighbours, &mut self.tears, &self.to_recheck);
         let vertices = scene.body.contact_filter().garment_packets().vertices();
         for &slot in &tears.slots {
@@ -162,28 +201,29 @@ impl DisplayPass {
                 tears.offsets[slot] = at[slot] - skinned.position(vertices[slot] as usize);
             }
         }
-        tears.smooth(neighbours);
+        tears.smooth(neighbours, round.sweeps);
     }
 
-    /// Moves the vertices around tears to their smoothed offsets, and out of the body from there.
-    fn move_to_offsets(&mut self, scene: CollisionScene, skinned: SkinnedGarment, positions: &mut [Vec3]) {
+    /// Moves the vertices around tears by their displacements, and out of the body and the colliders
+    /// from there.
+    fn move_around_tears(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
         let vertices = scene.body.contact_filter().garment_packets().vertices();
-        for (slot, &vertex) in vertices.iter().enumerate() {
+        for (slot, at) in self.to_recheck.iter_mut().enumerate() {
+            // The vertices of a seam share one displacement, so that the seam stays closed.
             let welded = self.neighbours.welded_slot(slot);
-            // Empty slots have no vertex.
-            let is_moved = self.tears.weights[welded] > 0.0 && (vertex as usize) < positions.len();
-            self.to_recheck[slot] = match is_moved {
-                true => self.tears.offsets[welded] + skinned.position(vertex as usize),
-                false => Vec3::NAN,
-            };
+            if self.tears.weights[welded] > 0.0 {
+                let moved = *at + self.tears.offsets[welded];
+                let out = collider_lifts::push_out_of_all(scene.colliders, moved, self.rule.margin_m);
+                *at = out.unwrap_or(moved);
+            } else {
+                *at = Vec3::NAN;
+            }
         }
         (self.rule).find_contacts(scene.body, &self.to_recheck, |_| true, &mut self.contacts);
         for (slot, &vertex) in vertices.iter().enumerate() {
             let moved = self.to_recheck[slot];
             if moved.is_finite() {
-                let shown = self.contacts[slot].corrected.unwrap_or(moved);
-                // The contact belongs to this place from now on.
-                (self.at[slot], positions[vertex as usize]) = (shown, shown);
+                positions[vertex as usize] = self.contacts[slot].corrected.unwrap_or(moved);
             }
         }
     }
@@ -204,7 +244,7 @@ mod tests {
         for &(slot, weight) in marks {
             tears.mark(packets.slots()[slot as usize], weight);
         }
-        tears.spread(&neighbours);
+        tears.spread(&neighbours, Round::FAR.neighbour_fraction);
         let weights = tears.weights.iter().map(|w| w.to_bits()).collect();
         tears.clear();
         assert!(tears.weights.iter().all(|weight| *weight == 0.0));
