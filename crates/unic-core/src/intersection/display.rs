@@ -38,10 +38,11 @@ const CHUNK: usize = 1024;
 /// Pass over all shown positions of a garment: it corrects vertices, lifts faces that the body
 /// comes through, and spreads the corrections over the garment, so that a push leaves neither dent
 /// nor spike. Vertices deep inside the body are drawn towards their skinned positions before, each
-/// by itself.
+/// by itself. Where neighbours are on opposite sides of a limb afterwards, the tear between them is
+/// closed.
 ///
 /// Positions farther than [`REACH_EDGES`](Self::REACH_EDGES) edges from any correction keep their
-/// bits, but those deep inside.
+/// bits, but those deep inside and those around tears.
 ///
 /// Scratch with its connectivity. Nothing is allocated after the first frame, and the bytes are the
 /// same for any number of threads.
@@ -51,7 +52,7 @@ pub struct DisplayPass {
     neighbours: Neighbours,
     face_lifting: FaceLifting,
     layer_order: Option<Box<LayerOrder>>,
-    /// Positions without corrections, by slot, metres.
+    /// Positions without corrections, by slot, metres; shown positions where tears were closed.
     at: Vec<Vec3>,
     /// Contacts by slot.
     contacts: Vec<Contact>,
@@ -62,13 +63,14 @@ pub struct DisplayPass {
     /// Smallest displacement that each vertex needs, by slot.
     corrections: Corrections,
     smoothing: Smoothing,
+    /// Cloth around tears.
     tears: Tears,
     /// Summary of each packet.
     summaries: Vec<PacketSummary>,
     /// Shown positions by slot, metres. Valid in packets in which something moves.
     shown: Vec<Vec3>,
     /// Shown positions that may be too low, by slot, metres; NaN for others. Valid in packets in
-    /// which something moves.
+    /// which something moves. While tears are closed, all shown positions.
     to_recheck: Vec<Vec3>,
 }
 
@@ -82,7 +84,7 @@ pub struct CollisionScene<'a> {
     /// Ground and props in the same frame.
     pub colliders: &'a [Collider],
     /// Garment by skinning alone, in the same frame. Cloth deep inside the body is drawn towards
-    /// it. Without it such cloth takes the shortest way out.
+    /// it, and tears are closed relative to it. Without it cloth takes the shortest way out.
     pub skinned: Option<SkinnedGarment<'a>>,
 }
 
@@ -141,6 +143,7 @@ impl DisplayPass {
         self.find_corrections(scene);
         self.lift_faces(scene);
         self.spread_corrections(scene, positions);
+        self.heal_tears(scene, &tears::LARGE_TEARS, positions);
         self.order_layers(scene, positions);
     }
 

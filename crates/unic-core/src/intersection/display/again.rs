@@ -1,6 +1,6 @@
 //! Corrections after sweeps have moved the shown vertices.
 
-use super::{CHUNK, CollisionScene, DisplayPass, LIMB_RADIUS_M, collider_lifts};
+use super::{CHUNK, CollisionScene, DisplayPass, LIMB_RADIUS_M, collider_lifts, tears};
 use crate::{aabb_tree::LANES, parallel::for_each_chunk, projection::ContactPlane};
 use glam::Vec3;
 
@@ -21,7 +21,7 @@ impl DisplayPass {
             // Unknown where the vertices are now, so that all that move are searched for.
             contact.height_m = f32::NAN;
         }
-        self.heal_tears(scene, positions);
+        self.heal_tears(scene, &tears::ALL_TEARS, positions);
         self.find_stretched_faces(scene, positions);
         self.lift_stretched_faces(scene, positions);
         self.order_layers(scene, positions);

@@ -9,20 +9,27 @@ use std::ops::Range;
 /// Least weight that a vertex gives to its neighbours.
 const MIN_WEIGHT: f32 = 0.2;
 
-/// Rounds in which tears are looked for and closed.
+/// Rounds for all tears.
 ///
 /// Most tears close in the first two rounds. The others reach farther, for faces that are stretched
 /// farther: a wide reach around small tears, such as those under hanging arms, costs accuracy.
-const ROUNDS: [Round; 5] = [Round::NEAR, Round::NEAR, Round::FAR, Round::FAR, Round::FAR];
+pub(super) const ALL_TEARS: [Round; 5] = [Round::NEAR, Round::NEAR, Round::FAR, Round::FAR, Round::FAR];
+
+/// Rounds for large tears alone.
+///
+/// Sweeps over the edges tidy the cloth around them. Small tears that are closed before sweeps come
+/// and go, and pop.
+pub(super) const LARGE_TEARS: [Round; 3] = [Round::FAR; 3];
 
 /// Extent of the smoothing in a round.
 #[derive(Clone, Debug)]
-struct Round {
+pub(super) struct Round {
     /// Stretch of a face through the body at which it begins to count as torn, and from which on it
     /// counts in full.
     stretches: Range<f32>,
     /// Fraction of its weight that each vertex gives to its neighbours.
     neighbour_fraction: f32,
+    /// Number of sweeps that smooth the cloth.
     sweeps: usize,
 }
 
@@ -144,18 +151,19 @@ impl DisplayPass {
     /// Where a prediction is wrong by more than the radius of a limb, its cloth leaves the limb on
     /// all sides, however short each way out is. The skinned garment surrounds the limb. Around a
     /// tear, offsets of the cloth from the skinned garment are smoothed, so that its vertices come
-    /// to one side. Then each is pushed out of the body. Large tears close in several rounds.
-    pub(super) fn heal_tears(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
+    /// to one side. Then each is pushed out of the body. Tears of fine meshes, whose faces stay small
+    /// when they are stretched, are not found.
+    pub(super) fn heal_tears(&mut self, scene: CollisionScene, rounds: &[Round], positions: &mut [Vec3]) {
         let Some(skinned) = scene.skinned else {
             return;
         };
-        for round in ROUNDS {
+        for round in rounds {
             self.find_stretched_faces(scene, positions);
-            let largest = self.find_tears(scene, &round);
-            if largest == 0.0 {
-                break;
+            self.find_tears(scene, round);
+            if self.tears.slots.is_empty() {
+                continue;
             }
-            self.smooth_tears(scene, skinned, &round);
+            self.smooth_tears(scene, skinned, round);
             self.move_around_tears(scene, positions);
         }
     }
@@ -166,8 +174,8 @@ impl DisplayPass {
         (self.face_lifting).find_stretched_faces(scene, &self.to_recheck, &self.contacts);
     }
 
-    /// Finds the weights around the stretched faces that were found. Returns the largest.
-    fn find_tears(&mut self, scene: CollisionScene, round: &Round) -> f32 {
+    /// Finds the weights around the stretched faces that were found.
+    fn find_tears(&mut self, scene: CollisionScene, round: &Round) {
         let vertices = scene.body.contact_filter().garment_packets().vertices();
         // In folds of the body there is no room for cloth, and tears are hidden.
         let is_folded = |&slot: &u32| {
@@ -175,20 +183,17 @@ impl DisplayPass {
             scene.body.is_folded(skin, vertex as usize)
         };
         self.tears.clear();
-        let mut largest: f32 = 0.0;
         for (slots, stretch) in self.face_lifting.stretched_faces() {
             let weight = round.weight_of(stretch);
             if weight == 0.0 || slots.iter().any(is_folded) {
                 continue;
             }
-            largest = largest.max(weight);
             for slot in slots {
                 let welded = self.neighbours.welded_slot(slot as usize);
                 self.tears.mark(welded as u32, weight);
             }
         }
         self.tears.spread(&self.neighbours, round.neighbour_fraction);
-        largest
     }
 
     /// Smooths the offsets around tears. `to_recheck` has the shown positions by slot.
@@ -223,7 +228,9 @@ impl DisplayPass {
         for (slot, &vertex) in vertices.iter().enumerate() {
             let moved = self.to_recheck[slot];
             if moved.is_finite() {
-                positions[vertex as usize] = self.contacts[slot].corrected.unwrap_or(moved);
+                let shown = self.contacts[slot].corrected.unwrap_or(moved);
+                // The contact belongs to this place from now on.
+                (self.at[slot], positions[vertex as usize]) = (shown, shown);
             }
         }
     }

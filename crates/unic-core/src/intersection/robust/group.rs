@@ -16,8 +16,8 @@ impl RobustIntersection {
     /// Finds the contacts of the vertices of the garment with the body, by [slot](Packets).
     ///
     /// The search covers the packets that `is_active` names, and there the vertices whose position
-    /// in `at` is finite. Other packets keep their contacts. The contacts of the last frame are
-    /// seeds.
+    /// in `at` is finite. Other packets keep their contacts, and other vertices their faces and
+    /// heights. The contacts of the last frame are seeds.
     ///
     /// Contacts are those of [`Self::find_contact`], except that the height of a vertex well above
     /// the body is a lower bound. Where the body is farther from the centre of a packet than the
