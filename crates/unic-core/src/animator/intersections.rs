@@ -146,6 +146,7 @@ impl Animator {
     pub(super) fn correct_display(&mut self) {
         let Self {
             model,
+            state,
             scratch,
             intersections,
             ..
@@ -155,6 +156,7 @@ impl Animator {
             let Intersections {
                 handling, colliders, ..
             } = intersections;
+            handling.set_closing_share(state.start.added_share());
             handling.correct_for_display(&model.garment, colliders, &mut scratch.positions);
             // Corrections stretch the edges around them.
             if let Some(projection) = &model.projection

@@ -95,6 +95,8 @@ pub struct SkinnedGarment<'a> {
     pub garment: &'a Garment,
     /// Transforms of the joints, in the frame of the scene.
     pub world_from_rest: &'a [Rigid],
+    /// How far tears are closed, 0 to 1.
+    pub closing_share: f32,
 }
 
 impl SkinnedGarment<'_> {

@@ -49,6 +49,8 @@ pub struct GarmentHandling {
     body_vertices: Vec<Vec3>,
     /// Transforms of the joints with which the body is posed.
     world_from_rest: Vec<Rigid>,
+    /// How far tears are closed, 0 to 1.
+    closing_share: f32,
 }
 
 impl GarmentHandling {
@@ -66,6 +68,7 @@ impl GarmentHandling {
             display,
             body_vertices: Vec::new(),
             world_from_rest: Vec::new(),
+            closing_share: 1.0,
         }
     }
 
@@ -85,6 +88,12 @@ impl GarmentHandling {
         if let Some(display) = &mut self.display {
             display.set_layers(layers);
         }
+    }
+
+    /// Sets how far tears are closed from now on, 0 to 1. A garment that a caller gives is not torn,
+    /// even where it cuts through the body.
+    pub(crate) fn set_closing_share(&mut self, share: f32) {
+        self.closing_share = share;
     }
 
     /// Skins the body by the transforms of its joints, on all threads.
@@ -134,7 +143,7 @@ impl GarmentHandling {
                 body,
                 vertices: &self.body_vertices,
                 colliders,
-                skinned: skinned_garment(self.mode, garment, &self.world_from_rest),
+                skinned: skinned_garment(self.mode, garment, &self.world_from_rest, self.closing_share),
             };
             display.correct_again(scene, planes, positions);
         }
@@ -152,7 +161,7 @@ impl GarmentHandling {
                 body,
                 vertices: &self.body_vertices,
                 colliders,
-                skinned: skinned_garment(self.mode, garment, &self.world_from_rest),
+                skinned: skinned_garment(self.mode, garment, &self.world_from_rest, self.closing_share),
             };
             display.apply(scene, positions);
         }
@@ -183,11 +192,13 @@ fn skinned_garment<'a>(
     mode: IntersectionMode,
     garment: &'a Garment,
     world_from_rest: &'a [Rigid],
+    closing_share: f32,
 ) -> Option<SkinnedGarment<'a>> {
     // Corrected states are not deep. They take the shortest way, as in training.
     (!mode.corrects_state()).then_some(SkinnedGarment {
         garment,
         world_from_rest,
+        closing_share,
     })
 }
 

@@ -159,7 +159,7 @@ impl DisplayPass {
         };
         for round in rounds {
             self.find_stretched_faces(scene, positions);
-            self.find_tears(scene, round);
+            self.find_tears(scene, skinned.closing_share, round);
             if self.tears.slots.is_empty() {
                 continue;
             }
@@ -175,7 +175,7 @@ impl DisplayPass {
     }
 
     /// Finds the weights around the stretched faces that were found.
-    fn find_tears(&mut self, scene: CollisionScene, round: &Round) {
+    fn find_tears(&mut self, scene: CollisionScene, share: f32, round: &Round) {
         let vertices = scene.body.contact_filter().garment_packets().vertices();
         // In folds of the body there is no room for cloth, and tears are hidden.
         let is_folded = |&slot: &u32| {
@@ -184,7 +184,7 @@ impl DisplayPass {
         };
         self.tears.clear();
         for (slots, stretch) in self.face_lifting.stretched_faces() {
-            let weight = round.weight_of(stretch);
+            let weight = share * round.weight_of(stretch);
             if weight == 0.0 || slots.iter().any(is_folded) {
                 continue;
             }

@@ -93,6 +93,7 @@ fn run(scene: Scene, frames: &[Frame], is_new_every_time: bool) -> Vec<Vec<Vec3>
             skinned: Some(SkinnedGarment {
                 garment: &garment,
                 world_from_rest: &[Rigid::new(Quat::IDENTITY, frame.at)],
+                closing_share: 1.0,
             }),
         };
         pass.apply(posed, &mut positions);

@@ -31,6 +31,7 @@ fn shown_at(height: f32, skinned: Skinned) -> (Garment, Vec<Vec3>) {
         skinned: (skinned == Skinned::Known).then_some(SkinnedGarment {
             garment: &garment,
             world_from_rest: &[Rigid::IDENTITY],
+            closing_share: 1.0,
         }),
     };
     DisplayPass::new(RULE, &garment, &body).apply(scene, &mut positions);

@@ -33,6 +33,7 @@ fn shown(torn: &[usize], corrects: Corrects, split_faces: bool) -> (Garment, [Ve
     let skinned = SkinnedGarment {
         garment: &garment,
         world_from_rest: &[Rigid::IDENTITY],
+        closing_share: 1.0,
     };
     let scene = CollisionScene {
         body: &body,
