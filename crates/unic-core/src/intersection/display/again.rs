@@ -1,6 +1,6 @@
 //! Corrections after sweeps have moved the shown vertices.
 
-use super::{CHUNK, CollisionScene, DisplayPass, LIMB_RADIUS_M, collider_lifts, tears};
+use super::{CHUNK, CollisionScene, DisplayPass, collider_lifts, tears};
 use crate::{aabb_tree::LANES, parallel::for_each_chunk, projection::ContactPlane};
 use glam::Vec3;
 
@@ -69,11 +69,7 @@ impl DisplayPass {
     /// Returns whether a vertex may be below the margin at `now`, after the last pass has shown it
     /// elsewhere.
     fn may_be_low(&self, slot: usize, now: Vec3) -> bool {
-        let height_m = match self.contacts[slot].height_m {
-            // The vertex was too high to be searched for where it was shown.
-            height_m if height_m.is_nan() => LIMB_RADIUS_M,
-            height_m => height_m,
-        };
+        let height_m = self.contacts[slot].height_m;
         // The height belongs to one of these places. `shown` is valid in packets that have moved.
         let is_moving = self.summaries[slot / LANES].is_moving;
         let places = [Some(self.at[slot]), is_moving.then(|| self.shown[slot])];

@@ -22,7 +22,7 @@ const FACE_HEIGHT_FRACTION: f32 = 0.5;
 ///
 /// Lifts compress the edges beside them. Most of what comes through cloth that is less stretched is
 /// hidden under the arms.
-const MIN_STRETCH_AGAIN: f32 = 1.5;
+pub(super) const MIN_STRETCH_AGAIN: f32 = 1.5;
 
 /// Length at which the lift of a corner after sweeps has faded to zero, metres. Lifts fade over the
 /// last quarter of it. Longer ones would pull hems into spikes.

@@ -1,7 +1,8 @@
 //! Tears: cloth whose neighbours have left a limb on opposite sides.
 
 use super::{
-    CollisionScene, DisplayPass, SkinnedGarment, collider_lifts, neighbours::Neighbours, sort_by_slot,
+    CollisionScene, DisplayPass, SkinnedGarment, collider_lifts, face_lifting::MIN_STRETCH_AGAIN,
+    neighbours::Neighbours, sort_by_slot,
 };
 use glam::Vec3;
 use std::ops::Range;
@@ -42,7 +43,7 @@ impl Round {
 
     /// Reaches four edges far.
     const NEAR: Self = Self {
-        stretches: 1.5..2.5,
+        stretches: MIN_STRETCH_AGAIN..2.5,
         neighbour_fraction: 0.7,
         sweeps: 20,
     };
@@ -161,7 +162,8 @@ impl DisplayPass {
             self.find_stretched_faces(scene, positions);
             self.find_tears(scene, skinned.closing_share, round);
             if self.tears.slots.is_empty() {
-                continue;
+                // Later rounds look for larger tears.
+                break;
             }
             self.smooth_tears(scene, skinned, round);
             self.move_around_tears(scene, positions);
