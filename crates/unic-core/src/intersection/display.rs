@@ -145,7 +145,7 @@ impl DisplayPass {
         self.find_corrections(scene);
         self.lift_faces(scene);
         self.spread_corrections(scene, positions);
-        self.heal_tears(scene, &tears::LARGE_TEARS, positions);
+        self.close_tears(scene, &tears::LARGE_TEARS, positions);
         self.order_layers(scene, positions);
     }
 

@@ -9,7 +9,7 @@ impl DisplayPass {
     ///
     /// Vertices with a plane, and those that have moved by more than their height over the margin,
     /// are pushed off the body, each by itself. All are pushed out of the colliders. Then tears are
-    /// healed, stretched faces that cut through the body are lifted, and layers are put in order.
+    /// closed, stretched faces that cut through the body are lifted, and layers are put in order.
     pub(crate) fn correct_again(
         &mut self,
         scene: CollisionScene,
@@ -21,8 +21,7 @@ impl DisplayPass {
             // Unknown where the vertices are now, so that all that move are searched for.
             contact.height_m = f32::NAN;
         }
-        self.heal_tears(scene, &tears::ALL_TEARS, positions);
-        self.find_stretched_faces(scene, positions);
+        self.close_tears(scene, &tears::ALL_TEARS, positions);
         self.lift_stretched_faces(scene, positions);
         self.order_layers(scene, positions);
     }

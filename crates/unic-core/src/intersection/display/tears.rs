@@ -147,19 +147,20 @@ impl Tears {
 }
 
 impl DisplayPass {
-    /// Closes tears in shown positions, metres. Needs the skinned garment.
+    /// Closes tears in shown positions, metres, where the skinned garment is known. Finds the
+    /// stretched faces that cut through the body at the positions that result.
     ///
     /// Where a prediction is wrong by more than the radius of a limb, its cloth leaves the limb on
     /// all sides, however short each way out is. The skinned garment surrounds the limb. Around a
     /// tear, offsets of the cloth from the skinned garment are smoothed, so that its vertices come
     /// to one side. Then each is pushed out of the body. Tears of fine meshes, whose faces stay small
     /// when they are stretched, are not found.
-    pub(super) fn heal_tears(&mut self, scene: CollisionScene, rounds: &[Round], positions: &mut [Vec3]) {
+    pub(super) fn close_tears(&mut self, scene: CollisionScene, rounds: &[Round], positions: &mut [Vec3]) {
+        self.find_stretched_faces(scene, positions);
         let Some(skinned) = scene.skinned else {
             return;
         };
         for round in rounds {
-            self.find_stretched_faces(scene, positions);
             self.find_tears(scene, skinned.closing_share, round);
             if self.tears.slots.is_empty() {
                 // Later rounds look for larger tears.
@@ -167,11 +168,12 @@ impl DisplayPass {
             }
             self.smooth_tears(scene, skinned, round);
             self.move_around_tears(scene, positions);
+            self.find_stretched_faces(scene, positions);
         }
     }
 
     /// Finds the stretched faces that cut through the body at shown positions, metres.
-    pub(super) fn find_stretched_faces(&mut self, scene: CollisionScene, positions: &[Vec3]) {
+    fn find_stretched_faces(&mut self, scene: CollisionScene, positions: &[Vec3]) {
         sort_by_slot(scene.body, positions, &mut self.to_recheck);
         (self.face_lifting).find_stretched_faces(scene, &self.to_recheck, &self.contacts);
     }
