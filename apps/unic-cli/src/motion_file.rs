@@ -1,17 +1,35 @@
-//! Reading of motion files, the same for every command.
+//! Reading of motions, files and built-in ones, the same for every command.
 
-use crate::{args::MotionArgs, checks::ForceArgs, output::print_status};
-use anyhow::{Result, bail};
-use std::{ops::Range, path::Path};
+use crate::{args::MotionArgs, checks::ForceArgs, failure::Usage, output::print_status};
+use anyhow::{Context, Result, bail};
+use std::{
+    ops::Range,
+    path::{Path, PathBuf},
+};
+use unic_builtin::motion::{STANDARD_CLIPS, STANDARD_SEED, standard_clip};
 use unic_core::{character::Character, clip::Clip};
 use unic_io::{BoneMap, MotionImport, MotionOptions, Repeat, import_motion};
 
-/// Reads a motion for a character, resampled to `fps` frames per second.
+/// Returns whether a motion is one of the built-in ones.
+///
+/// A built-in name wins over a file of that name.
+pub(crate) fn is_built_in(motion: &Path) -> bool {
+    STANDARD_CLIPS.iter().any(|name| motion.as_os_str() == *name)
+}
+
+/// Returns those motions that are files.
+pub(crate) fn files<'a>(motions: impl IntoIterator<Item = &'a PathBuf>) -> impl Iterator<Item = &'a PathBuf> {
+    motions.into_iter().filter(|motion| !is_built_in(motion))
+}
+
+/// Reads a motion for a character, resampled to `fps` frames per second, or makes the built-in one of
+/// that name.
 ///
 /// Conversions, such as of the up axis, are reported on stderr.
 ///
 /// # Errors
-/// A file that cannot be read, or that is probably a mistake without `--force`.
+/// A file that cannot be read, or that is probably a mistake without `--force`; a built-in motion for
+/// a skeleton that cannot perform it.
 pub(crate) fn read(
     path: &Path,
     character: &Character,
@@ -19,6 +37,17 @@ pub(crate) fn read(
     args: &MotionArgs,
     force: ForceArgs,
 ) -> Result<Clip> {
+    let name = path.to_str().unwrap_or_default();
+    let built_in = standard_clip(character, name, STANDARD_SEED, fps);
+    if let Some(clip) = built_in.with_context(|| format!("--motion {name}"))? {
+        return Ok(clip);
+    }
+    // A word that is neither a built-in name nor a file is most likely a mistyped name.
+    if path.extension().is_none() && !path.exists() {
+        let (names, found) = (STANDARD_CLIPS.join(", "), path.display());
+        let text = format!("--motion: expected a file or one of {names}; found {found}");
+        return Err(Usage(text).into());
+    }
     let options = MotionOptions {
         fps: Some(fps),
         ..options(args)?

@@ -8,6 +8,8 @@ use common::*;
 use serde_json::Value;
 use std::{collections::BTreeMap, fs, path::Path, sync::LazyLock};
 use tempfile::TempDir;
+use unic_builtin::motion::{STANDARD_SEED, standard_clip};
+use unic_cli::garments::Shipped;
 use unic_core::{Model, Precision};
 
 /// A capture and a model trained on it.
@@ -165,6 +167,45 @@ fn outputs_that_are_equal_or_inputs_are_refused() {
         let message = refusal(folder.path(), &format!("{ANIMATE} {line}"));
         assert!(message.starts_with(&format!("unic: {name}: ")), "{message}");
     }
+}
+
+#[test]
+fn built_in_motions_are_animated_by_name() {
+    let folder = fresh();
+    fs::write(folder.path().join("skirt.unic"), Shipped::Skirt.bytes()).unwrap();
+    // A file of that name does not change what the name means.
+    fs::write(folder.path().join("dance"), "no motion").unwrap();
+    let character = Shipped::Skirt.model().unwrap().character().clone();
+    let clip = standard_clip(&character, "dance", STANDARD_SEED, 30.0)
+        .unwrap()
+        .unwrap();
+    unic_io::write_motion(&folder.path().join("file.npz"), &clip, character.skeleton.names()).unwrap();
+    let positions = ["dance", "file.npz"].map(|motion| {
+        let line = format!("animate skirt.unic --motion {motion} --frames 60..62 --out made.npz --overwrite");
+        succeeds(folder.path(), &line);
+        let made = unic_io::read_vertex_cache(&folder.path().join("made.npz")).unwrap();
+        made.frames.frame(1).to_vec()
+    });
+    let distances = positions[0]
+        .iter()
+        .zip(&positions[1])
+        .map(|(a, b)| a.distance(*b));
+    let farthest = distances.fold(0.0, f32::max);
+    assert!(farthest < 1e-4, "{farthest} m");
+
+    let error = refusal(folder.path(), "animate skirt.unic --motion dence --out dence.npz");
+    assert!(
+        error.contains("expected a file or one of idle") && error.contains("found dence"),
+        "{error}"
+    );
+    let error = refusal(
+        folder.path(),
+        &format!("{} --out dance2.npz", ANIMATE.replace("four.npz", "dance")),
+    );
+    assert!(
+        error.contains("--motion dance") && error.contains("24 joints of SMPL"),
+        "{error}"
+    );
 }
 
 #[test]

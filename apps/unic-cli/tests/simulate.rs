@@ -130,6 +130,13 @@ fn built_in_motions_are_chosen_by_name() {
     let capture = Capture::open(&folder.path().join("made")).unwrap();
     assert_eq!(capture.clip_names(Split::Train), ["dance"]);
     assert_eq!(capture.clip_names(Split::Test), ["idle"]);
+
+    let line = "simulate --garment skirt --motion dence --seconds 0.1 --out other";
+    let refused = command(folder.path(), line).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    let text = stderr(&refused);
+    assert!(text.contains("expected a file or one of idle"), "{text}");
+    assert!(text.contains("found dence"), "{text}");
 }
 
 #[test]

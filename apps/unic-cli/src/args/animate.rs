@@ -26,6 +26,7 @@ use std::{ops::Range, path::PathBuf};
 ///
 /// Examples:
 ///   unic animate tshirt.unic --motion walk.npz --out walk.pc2
+///   unic animate tshirt.unic --motion dance --out dance.glb
 ///   unic animate tshirt.unic --motion walk.bvh --frames 0..300 --out walk.glb
 ///   unic animate tshirt.unic --motion amass/run.npz --up z --frames 60..240 --out frames
 ///   unic animate tshirt.unic --motion walk.npz --mesh tshirt_fine.obj --out walk_fine.npz
@@ -35,9 +36,9 @@ use std::{ops::Range, path::PathBuf};
 pub(crate) struct AnimateArgs {
     /// Model file (.unic).
     pub(crate) model: PathBuf,
-    /// Motion file: .npz with poses (T, 3J), trans (T, 3) and a frame rate, or BVH, glTF, FBX or USD
-    /// of any skeleton.
-    #[arg(long, value_name = "FILE")]
+    /// Motion: an .npz file with poses (T, 3J), trans (T, 3) and a frame rate, BVH, glTF, FBX or USD of
+    /// any skeleton, or a built-in motion by its name, such as dance (`unic simulate --help` has all).
+    #[arg(long, value_name = "FILE|NAME")]
     pub(crate) motion: PathBuf,
     /// Animation to write: a .glb, .abc, .usdc, .usda, .pc2, .mdd or .npz file, or a folder of OBJ
     /// files.

@@ -35,8 +35,9 @@ pub(crate) struct BenchArgs {
     /// Trained model to measure (.unic) [default: random weights].
     #[arg(long, value_name = "FILE.unic", requires = "motion", conflicts_with_all = ["vertices", "network"])]
     pub(crate) model: Option<PathBuf>,
-    /// Motion of the model: npz, BVH, glTF, FBX or USD. Its first 10 s count.
-    #[arg(long, value_name = "FILE", requires = "model")]
+    /// Motion of the model: npz, BVH, glTF, FBX or USD, or a built-in one by its name, such as dance.
+    /// Its first 10 s count.
+    #[arg(long, value_name = "FILE|NAME", requires = "model")]
     pub(crate) motion: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,

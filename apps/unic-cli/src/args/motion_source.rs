@@ -1,13 +1,15 @@
 //! Options that choose the motion of a steered character, shared by several commands.
 
 use super::MotionArgs;
+use crate::motion_file;
 use std::path::PathBuf;
 
 /// Options for the clips of a motion database.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ClipArgs {
-    /// Motions of the database: npz, BVH, glTF, FBX or USD [default: built-in clips].
-    #[arg(long, value_name = "FILE", num_args = 1..)]
+    /// Motions of the database: npz, BVH, glTF, FBX or USD, or built-in ones by name, such as dance
+    /// [default: built-in clips made for control].
+    #[arg(long, value_name = "FILE|NAME", num_args = 1..)]
     pub(crate) motion: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,
@@ -29,7 +31,7 @@ pub(crate) struct MotionSourceArgs {
 impl ClipArgs {
     /// Paths of all files that are read.
     pub(crate) fn files(&self) -> impl Iterator<Item = &PathBuf> {
-        self.motion.iter().chain(&self.reading.bone_map)
+        motion_file::files(&self.motion).chain(&self.reading.bone_map)
     }
 }
 

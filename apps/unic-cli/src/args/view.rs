@@ -35,8 +35,9 @@ pub(crate) struct ViewArgs {
     /// Clip of the capture [default: the first test clip, else the first clip].
     #[arg(long, value_name = "NAME")]
     pub(crate) clip: Option<String>,
-    /// Motion of models whose skeleton no clip fits: npz, BVH, glTF, FBX or USD.
-    #[arg(long, value_name = "FILE")]
+    /// Motion of models whose skeleton no clip fits: npz, BVH, glTF, FBX or USD, or a built-in one by
+    /// its name, such as dance.
+    #[arg(long, value_name = "FILE|NAME")]
     pub(crate) motion: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,

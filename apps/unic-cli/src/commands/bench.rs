@@ -44,10 +44,15 @@ pub(crate) fn run(args: &BenchArgs) -> Result<()> {
         .into());
     }
     if let Some(out) = &args.out {
-        let inputs = [&args.model, &args.motion, &args.mesh, &args.reading.bone_map];
-        Outputs::with_inputs(inputs.into_iter().flatten())
-            .file(out)
-            .check(Existing::of(args.overwrite))?;
+        let inputs = [&args.model, &args.mesh, &args.reading.bone_map];
+        Outputs::with_inputs(
+            inputs
+                .into_iter()
+                .flatten()
+                .chain(motion_file::files(&args.motion)),
+        )
+        .file(out)
+        .check(Existing::of(args.overwrite))?;
     }
     args.warn();
     let mut report = SpeedReport::new();

@@ -55,7 +55,7 @@ pub use channel::Channel;
 pub use control::control_set;
 pub use gait::{Gait, Stature};
 pub use performance::Performance;
-pub use standard::{STANDARD_CLIPS, STANDARD_SEED, StandardSet, standard_set};
+pub use standard::{STANDARD_CLIPS, STANDARD_SEED, StandardSet, standard_clip, standard_set};
 pub use timeline::{Performer, Timeline};
 
 use thiserror::Error;

@@ -45,6 +45,22 @@ struct ClipPlan {
     actions: Vec<Action>,
 }
 
+/// Stream of random numbers of the first training clip. Each clip has its own: changing one leaves
+/// the others alone.
+const FIRST_TRAIN_STREAM: u64 = 1;
+
+/// Stream of random numbers of the first test clip.
+const FIRST_TEST_STREAM: u64 = 1001;
+
+impl ClipPlan {
+    fn perform(self, performer: &Performer, seed: u64, stream: u64, fps: f32) -> Clip {
+        Timeline::new(seed.wrapping_mul(1_000_003).wrapping_add(stream))
+            .then_all(self.actions)
+            .perform(performer)
+            .clip(self.name, fps)
+    }
+}
+
 /// Makes the standard clips for a character at `fps` frames a second.
 ///
 /// The same character, seed and rate give the same bytes.
@@ -55,21 +71,33 @@ pub fn standard_set(character: &Character, seed: u64, fps: f32) -> Result<Standa
     let performer = Performer::new(character)?;
     let clips = |plans: Vec<ClipPlan>, first_stream: u64| {
         (plans.into_iter().zip(first_stream..))
-            .map(|(plan, stream)| {
-                // Each clip has its own stream of random numbers: changing one leaves the others
-                // alone.
-                let seed = seed.wrapping_mul(1_000_003).wrapping_add(stream);
-                Timeline::new(seed)
-                    .then_all(plan.actions)
-                    .perform(&performer)
-                    .clip(plan.name, fps)
-            })
+            .map(|(plan, stream)| plan.perform(&performer, seed, stream, fps))
             .collect()
     };
     Ok(StandardSet {
-        train: clips(train(), 1),
-        test: clips(test(), 1001),
+        train: clips(train(), FIRST_TRAIN_STREAM),
+        test: clips(test(), FIRST_TEST_STREAM),
     })
+}
+
+/// Makes one clip of [`standard_set`] by its name. Returns none for names that are not in
+/// [`STANDARD_CLIPS`].
+///
+/// # Errors
+/// The same as [`Performer::new`].
+pub fn standard_clip(
+    character: &Character,
+    name: &str,
+    seed: u64,
+    fps: f32,
+) -> Result<Option<Clip>, PerformerError> {
+    let train = train().into_iter().zip(FIRST_TRAIN_STREAM..);
+    let test = test().into_iter().zip(FIRST_TEST_STREAM..);
+    let Some((plan, stream)) = train.chain(test).find(|(plan, _)| plan.name == name) else {
+        return Ok(None);
+    };
+    let performer = Performer::new(character)?;
+    Ok(Some(plan.perform(&performer, seed, stream, fps)))
 }
 
 fn clip(name: &'static str, actions: impl Into<Vec<Action>>) -> ClipPlan {

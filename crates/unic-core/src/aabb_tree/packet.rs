@@ -106,6 +106,19 @@ impl Packet {
         }
     }
 
+    /// Updates one lane, if a triangle is nearer than what it has found, or as near with a lower
+    /// number.
+    // Before a search, so that `has_found` need not be set: the radius has not been computed yet.
+    #[inline(always)]
+    pub(crate) fn test_triangle_in(&mut self, lane: usize, item: u32, triangle: &Triangle) {
+        // An inactive lane has a negative square, than which nothing is nearer.
+        let new = triangle.nearest(self.point(lane)).squared_distance;
+        let old = self.squared[lane];
+        if new < old || (new == old && item < self.item[lane]) {
+            (self.squared[lane], self.item[lane]) = (new, item);
+        }
+    }
+
     /// Records an item in the lanes to which it is nearer, given its squared distances.
     #[inline(always)]
     fn keep_nearer(&mut self, item: u32, found: &Lanes<f32>) {

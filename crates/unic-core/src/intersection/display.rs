@@ -74,6 +74,17 @@ pub struct DisplayPass {
     to_recheck: Vec<Vec3>,
 }
 
+/// Time at which the body is searched for again around vertices that have moved with their
+/// neighbours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Recheck {
+    /// At once.
+    Now,
+    /// After the sweeps over the edges that follow, which move all of them again, by
+    /// [`DisplayPass::correct_again`].
+    AfterSweeps,
+}
+
 /// Posed body with its vertices, and the colliders around it.
 #[derive(Clone, Copy, Debug)]
 pub struct CollisionScene<'a> {
@@ -141,10 +152,15 @@ impl DisplayPass {
 
     /// Moves world positions, metres, to where they are shown.
     pub fn apply(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
+        self.apply_and(Recheck::Now, scene, positions);
+    }
+
+    /// Moves world positions, metres, to where they are shown, or to where sweeps begin.
+    pub(crate) fn apply_and(&mut self, recheck: Recheck, scene: CollisionScene, positions: &mut [Vec3]) {
         self.find_contacts(scene, positions);
         self.find_corrections(scene);
         self.lift_faces(scene);
-        self.spread_corrections(scene, positions);
+        self.spread(recheck, scene, positions);
         self.close_tears(scene, &tears::LARGE_TEARS, positions);
         self.order_layers(scene, positions);
     }
@@ -216,13 +232,20 @@ impl DisplayPass {
 
     /// Spreads the corrections over the garment and moves the positions by them.
     pub fn spread_corrections(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
+        self.spread(Recheck::Now, scene, positions);
+    }
+
+    fn spread(&mut self, recheck: Recheck, scene: CollisionScene, positions: &mut [Vec3]) {
         if self.corrections.is_empty() {
             return;
         }
         self.smoothing.spread(&self.neighbours, &self.corrections);
         self.find_moving_packets();
         self.move_vertices(scene);
-        self.recheck(scene);
+        self.lower_heights();
+        if recheck == Recheck::Now {
+            self.recheck(scene);
+        }
         let slots = scene.body.contact_filter().garment_packets().slots();
         let (summaries, shown) = (&self.summaries, &self.shown);
         for_each_chunk(positions, CHUNK, |first, positions| {
@@ -298,18 +321,21 @@ impl DisplayPass {
         });
     }
 
-    /// Corrects the shown positions that may be too low.
-    fn recheck(&mut self, scene: CollisionScene) {
-        let is_moving = |packet: usize| self.summaries[packet].is_moving;
+    /// Lowers the heights of a garment with layers. Their further rounds read them: they stay lower
+    /// bounds at the shown positions.
+    fn lower_heights(&mut self) {
         if self.layer_order.is_some() {
-            // Further rounds for layers read these heights: they stay lower bounds at the new
-            // positions.
             for (slot, contact) in self.contacts.iter_mut().enumerate() {
-                if is_moving(slot / LANES) {
+                if self.summaries[slot / LANES].is_moving {
                     contact.height_m -= self.shown[slot].distance(self.at[slot]);
                 }
             }
         }
+    }
+
+    /// Corrects the shown positions that may be too low.
+    fn recheck(&mut self, scene: CollisionScene) {
+        let is_moving = |packet: usize| self.summaries[packet].is_moving;
         (self.rule).find_contacts(scene.body, &self.to_recheck, is_moving, &mut self.contacts);
         let (to_recheck, contacts) = (&self.to_recheck, &self.contacts);
         for_each_chunk(&mut self.shown, CHUNK, |first, shown| {

@@ -8,8 +8,8 @@ impl Surface {
     /// Finds the face closest to each of a packet of points among those that the filter accepts, if
     /// it is at most `radius` metres away.
     ///
-    /// `seeds` near the answers shorten the search. The faces are those that
-    /// [`Surface::closest_among`] finds, and their distances have the same bits.
+    /// `seeds`, a face near the answer of each point, shorten the search; [`u32::MAX`] is none. The
+    /// faces are those that [`Surface::closest_among`] finds, and their distances have the same bits.
     pub(crate) fn closest_of_packet(
         &self,
         points: &[Vec3],
@@ -24,12 +24,12 @@ impl Surface {
             #[inline(always)]
             || {
                 // Seeds first: near ones shrink the search radius before the tree is entered.
-                for (k, &seed) in seeds.iter().enumerate() {
-                    if seeds[..k].contains(&seed) {
-                        continue;
-                    }
+                for (lane, &seed) in seeds.iter().enumerate() {
                     if let Some(&triangle) = self.triangle_of_face.get(seed as usize) {
-                        self.test_triangle(&mut packet, triangle as usize, &filter);
+                        let triangle = triangle as usize;
+                        if self.is_in_groups(triangle, filter.groups) && (filter.accepts)(seed) {
+                            packet.test_triangle_in(lane, seed, &self.triangles[triangle]);
+                        }
                     }
                 }
                 self.tree.visit_nearest_of_packet(
@@ -72,7 +72,7 @@ mod tests {
         #[test]
         fn all_instruction_sets_agree_with_one_point_at_a_time(
             corners in vec(point(1.0), 3..240), points in vec(point(1.5), 1..=LANES),
-            seed in 0u32..90, radius in 0.1f32..2.0,
+            seeds in vec(0u32..90, LANES), radius in 0.1f32..2.0,
         ) {
             let count = corners.len() as u32 / 3;
             let faces = (0..count).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
@@ -81,7 +81,7 @@ mod tests {
             surface.set_groups(|face| GroupMask(1 << (face % 7)));
             for instructions in Instructions::available() {
                 surface.instructions = instructions;
-                let packet = surface.closest_of_packet(&points, radius, &[seed], FaceFilter::new(accepts));
+                let packet = surface.closest_of_packet(&points, radius, &seeds, FaceFilter::new(accepts));
                 for (lane, &p) in points.iter().enumerate() {
                     let alone = surface.closest_among(p, radius, u32::MAX, accepts);
                     let together = surface.point_on(packet.item[lane], p);
@@ -92,7 +92,7 @@ mod tests {
                 // The faces of two groups, by a mask and by a predicate.
                 let accepts = |face: u32| matches!(face % 7, 2 | 5);
                 let filter = FaceFilter { groups: GroupMask(1 << 2 | 1 << 5), accepts };
-                let packet = surface.closest_of_packet(&points, radius, &[seed], filter);
+                let packet = surface.closest_of_packet(&points, radius, &seeds, filter);
                 for (lane, &p) in points.iter().enumerate() {
                     let expected = surface.closest_among(p, radius, u32::MAX, accepts);
                     prop_assert_eq!(surface.closest_filtered(p, radius, u32::MAX, filter), expected);

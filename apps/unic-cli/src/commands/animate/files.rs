@@ -2,6 +2,7 @@
 
 use crate::{
     args::AnimateArgs,
+    motion_file,
     outputs::{self, Existing},
 };
 use anyhow::{Result, anyhow, bail};
@@ -156,7 +157,7 @@ pub(super) fn check(args: &AnimateArgs) -> Result<()> {
     let outputs = OutputPaths::of(args, AnimationFormat::of(&args.out)?);
     let inputs = [
         Some(&args.model),
-        Some(&args.motion),
+        motion_file::files([&args.motion]).next(),
         args.mesh.as_ref(),
         args.start.as_ref(),
         args.reading.bone_map.as_ref(),

@@ -10,7 +10,7 @@ use std::{
 use unic_builtin::{
     garments::{Fabric, FlaredSkirt, GarmentError, GarmentMesh, PleatedDress, Robe, TShirt, TulleSkirt},
     human::{HumanParameters, human},
-    motion::{STANDARD_CLIPS, STANDARD_SEED, standard_set},
+    motion::{STANDARD_SEED, standard_set},
 };
 use unic_core::{
     character::{Character, Garment},
@@ -52,13 +52,16 @@ pub(super) struct GarmentInput {
     pub(super) parts: Vec<String>,
 }
 
+/// Source of built-in motions.
+const BUILT_IN: &str = "built in";
+
 /// Motion to simulate.
 pub(super) struct Job {
     /// Motion at the capture's frame rate.
     pub(super) clip: Clip,
     /// Split of the capture that the clip belongs to.
     pub(super) split: Split,
-    /// File of the motion, or `built in`.
+    /// File of the motion, or [`BUILT_IN`].
     pub(super) source: String,
 }
 
@@ -107,17 +110,11 @@ fn built_in_garment(name: &Path) -> Option<Maker> {
     garment.map(|(_, make)| *make)
 }
 
-fn is_built_in_motion(name: &Path) -> bool {
-    STANDARD_CLIPS
-        .iter()
-        .any(|built_in| name.as_os_str() == *built_in)
-}
-
 /// Returns the paths of all inputs that are read from files.
 pub(super) fn files(args: &SimulateArgs) -> impl Iterator<Item = &PathBuf> {
     let character = Some(&args.character).filter(|path| path.as_os_str() != HUMAN);
     let garment = Some(&args.garment).filter(|path| built_in_garment(path).is_none());
-    let motions = args.motion.iter().filter(|path| !is_built_in_motion(path));
+    let motions = motion_file::files(&args.motion);
     character.into_iter().chain(garment).chain(motions)
 }
 
@@ -260,7 +257,7 @@ fn built_in_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Jo
         move |clip| Job {
             clip,
             split,
-            source: "built in".into(),
+            source: BUILT_IN.into(),
         }
     };
     let train = set.train.into_iter().map(job(Split::Train));
@@ -271,40 +268,18 @@ fn built_in_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Jo
 fn named_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>> {
     // Without a clip that training does not open, no error on unseen motion could be measured.
     let is_last = |i: usize| i > 0 && i + 1 == args.motion.len();
-    // The built-in set is generated as a whole, at most once.
-    let mut built_in = None;
-    let mut jobs = Vec::new();
-    for (i, path) in args.motion.iter().enumerate() {
-        // A word that is neither a built-in name nor a file is most likely a mistyped name.
-        let is_file = !is_built_in_motion(path) && (path.exists() || path.extension().is_some());
-        let (clip, source) = if is_file {
-            let clip = motion_file::read(path, character, args.fps, &args.reading, args.force)?;
-            (clip, path.display().to_string())
-        } else {
-            let clips = match built_in.take() {
-                Some(clips) => clips,
-                None => built_in_motions(args, character)?,
-            };
-            let clip = built_in_clip(&clips, path)?;
-            built_in = Some(clips);
-            (clip, "built in".into())
+    let read = |(i, path): (usize, &PathBuf)| {
+        let source = match motion_file::is_built_in(path) {
+            true => BUILT_IN.into(),
+            false => path.display().to_string(),
         };
-        let split = if is_last(i) { Split::Test } else { Split::Train };
-        jobs.push(Job { clip, split, source });
-    }
-    Ok(jobs)
-}
-
-fn built_in_clip(jobs: &[Job], name: &Path) -> Result<Clip> {
-    match jobs.iter().find(|job| name.as_os_str() == job.clip.name.as_str()) {
-        Some(job) => Ok(job.clip.clone()),
-        None => {
-            let names: Vec<&str> = jobs.iter().map(|job| job.clip.name.as_str()).collect();
-            let (names, found) = (names.join(", "), name.display());
-            let text = format!("--motion: expected a file or one of {names}; found {found}");
-            Err(Usage(text).into())
-        }
-    }
+        Ok(Job {
+            clip: motion_file::read(path, character, args.fps, &args.reading, args.force)?,
+            split: if is_last(i) { Split::Test } else { Split::Train },
+            source,
+        })
+    };
+    args.motion.iter().enumerate().map(read).collect()
 }
 
 /// Refuses two motions of one name, which would be one clip.

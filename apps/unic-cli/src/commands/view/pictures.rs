@@ -3,7 +3,7 @@
 use crate::{
     args::{PictureArgs, ViewArgs},
     failure::Usage,
-    interrupt, movie,
+    interrupt, motion_file, movie,
     output::{print, print_json, print_status},
     outputs::{Existing, Outputs},
     progress::Progress,
@@ -20,7 +20,7 @@ pub(super) fn check(args: &ViewArgs) -> Result<()> {
     let read = args
         .paths
         .iter()
-        .chain(&args.motion)
+        .chain(motion_file::files(&args.motion))
         .chain(&args.reading.bone_map);
     let mut outputs = Outputs::with_inputs(read);
     if let Some(path) = &args.record.screenshot {

@@ -3,7 +3,8 @@
 
 use super::figure::{every_kind, figure, perform, travel};
 use crate::motion::{
-    Action, ArmRaise, Performer, PerformerError, STANDARD_CLIPS, Side, Timeline, control_set, standard_set,
+    Action, ArmRaise, Performer, PerformerError, STANDARD_CLIPS, Side, Timeline, control_set, standard_clip,
+    standard_set,
 };
 use proptest::prelude::*;
 use unic_core::{skeleton::Skeleton, skinning::SkinningWeights};
@@ -20,6 +21,11 @@ fn the_standard_set_is_complete_and_repeatable() {
     assert!(all().all(|c| c.fps == 30.0 && c.poses.iter().all(|p| p.is_valid())));
     assert_eq!(set, standard_set(&body, 3, 30.0).unwrap());
     assert_ne!(set, standard_set(&body, 4, 30.0).unwrap());
+    for clip in all() {
+        let alone = standard_clip(&body, &clip.name, 3, 30.0).unwrap();
+        assert!(alone.as_ref() == Some(clip), "{}", clip.name);
+    }
+    assert_eq!(standard_clip(&body, "polka", 3, 30.0).unwrap(), None);
 }
 
 #[test]

@@ -190,8 +190,8 @@ impl Cloth {
     /// Finds the near face closest to each of a packet of points, among those that the filter
     /// accepts.
     ///
-    /// The filter's groups are those of the lifting parts. `seeds` near the answers shorten the
-    /// search.
+    /// The filter's groups are those of the lifting parts. `seeds`, a face near the answer of each
+    /// point, shorten the search; [`u32::MAX`] is none.
     pub(super) fn closest(
         &self,
         points: &[Vec3],
@@ -203,9 +203,9 @@ impl Cloth {
         self.instructions.run(
             #[inline(always)]
             || {
-                for (k, &seed) in seeds.iter().enumerate() {
-                    if (seed as usize) < self.faces.len() && !seeds[..k].contains(&seed) {
-                        self.test_face(&mut packet, seed, &at, &filter);
+                for (lane, &seed) in seeds.iter().enumerate() {
+                    if (seed as usize) < self.faces.len() && self.may_be_found(seed, &filter) {
+                        packet.test_triangle_in(lane, seed, &self.triangle(seed, &at));
                     }
                 }
                 self.tree.visit_nearest_of_packet(
@@ -221,6 +221,15 @@ impl Cloth {
             },
         );
         packet
+    }
+
+    /// Returns whether a face is near and the filter accepts it.
+    #[inline(always)]
+    fn may_be_found(&self, face: u32, filter: &FaceFilter<impl Fn(u32) -> bool>) -> bool {
+        let k = face as usize;
+        self.is_near[k]
+            && self.lifted_by[k].intersects(filter.groups)
+            && (filter.accepts)(self.garment_faces[k])
     }
 
     #[inline(always)]

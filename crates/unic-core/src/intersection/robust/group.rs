@@ -91,8 +91,9 @@ impl Group<'_> {
         }
         let faces = match centres.iter().any(|centre| centre.is_finite()) {
             true => {
-                self.closest(&centres, &seeds::<{ LANES * LANES / 4 }>(contacts))
-                    .item
+                // A face near the middle vertex of each packet.
+                let seeds = seeds(contacts.iter().skip(LANES / 2).step_by(LANES));
+                self.closest(&centres, &seeds).item
             }
             false => [u32::MAX; LANES],
         };
@@ -137,8 +138,7 @@ impl Group<'_> {
 
     /// Finds the contacts of the vertices of a packet.
     fn find_packet_contacts(&self, positions: &[Vec3], centre: &PacketCentre, contacts: &mut [Contact]) {
-        let [a, b, c, d] = seeds::<{ LANES / 4 }>(contacts);
-        let found = self.closest(positions, &[centre.face, a, b, c, d]);
+        let found = self.closest(positions, &seeds(contacts.iter()));
         let mut unresolved = [Vec3::NAN; LANES];
         for (lane, (contact, &p)) in contacts.iter_mut().zip(positions).enumerate() {
             let (distance, face) = (found.squared[lane].sqrt(), found.item[lane]);
@@ -182,8 +182,7 @@ impl Group<'_> {
             }
         }
         if corrected.iter().any(|p| p.is_finite()) {
-            self.push_further(&mut corrected, pushing);
-            let nearest = self.closest(&corrected, &pushing).item;
+            let nearest = self.push_further(&mut corrected, pushing);
             self.sink(&mut corrected, nearest);
         }
         for (contact, at) in contacts.iter_mut().zip(corrected) {
@@ -229,15 +228,25 @@ impl Group<'_> {
     }
 
     /// Does what [`RobustIntersection::push_further`] does for the lanes with a finite position.
-    fn push_further(&self, at: &mut [Vec3; LANES], mut faces: [u32; LANES]) {
-        let mut next = *at;
+    /// Returns the faces of the body closest to where they end; `faces` are near them.
+    fn push_further(&self, at: &mut [Vec3; LANES], faces: [u32; LANES]) -> [u32; LANES] {
+        let (mut next, mut nearest) = (*at, faces);
+        let search = |next: &[Vec3; LANES], nearest: &mut [u32; LANES]| {
+            let found = self.closest(next, nearest).item;
+            for (lane, nearest) in nearest.iter_mut().enumerate() {
+                if next[lane].is_finite() {
+                    *nearest = found[lane];
+                }
+            }
+        };
         for iteration in 1..=MAX_ITERATIONS {
             if next.iter().all(|p| !p.is_finite()) {
-                break;
+                return nearest;
             }
-            faces = self.closest_pushing(&next, &faces).item;
+            search(&next, &mut nearest);
+            let pushing = self.closest_pushing_from(&next, nearest);
             for (lane, next) in next.iter_mut().enumerate() {
-                let hit = self.body.surface.point_on(faces[lane], *next);
+                let hit = self.body.surface.point_on(pushing[lane], *next);
                 match hit.and_then(|hit| self.rule.push_out(&hit, *next)) {
                     Some(out) => {
                         *next = next_position(iteration, *next, out);
@@ -248,6 +257,8 @@ impl Group<'_> {
                 }
             }
         }
+        search(&next, &mut nearest);
+        nearest
     }
 
     /// Does what [`RobustIntersection::sink`] does for all lanes; `faces` are the faces of the body
@@ -300,12 +311,7 @@ impl Group<'_> {
     }
 }
 
-/// Four faces of the last contacts, one from every `EVERY` of them, without repeating the one
-/// before.
-fn seeds<const EVERY: usize>(contacts: &[Contact]) -> [u32; 4] {
-    let face = |k: usize| contacts.get(k * EVERY).map_or(u32::MAX, |contact| contact.face);
-    std::array::from_fn(|k| match k {
-        1.. if face(k) == face(k - 1) => u32::MAX,
-        _ => face(k),
-    })
+/// Faces of the last contacts, one for each lane.
+fn seeds<'a>(mut contacts: impl Iterator<Item = &'a Contact>) -> [u32; LANES] {
+    std::array::from_fn(|_| contacts.next().map_or(u32::MAX, |contact| contact.face))
 }

@@ -128,3 +128,43 @@ fn vertices_that_sweeps_have_drawn_into_the_ground_are_pushed_out_again() {
     pass.correct_again(scene, &planes, &mut positions);
     assert!((positions[0].y - 0.1 - MARGIN_M).abs() < 1e-5, "{}", positions[0]);
 }
+
+/// Smallest height over two balls of the vertices of a sheet that the first ball pushes under the
+/// second: after the display pass, and after the corrections that follow sweeps, metres.
+fn lowest_between_balls(recheck: Recheck) -> [f32; 2] {
+    let centres = [Vec3::new(0.0, -0.03, 0.0), Vec3::new(0.062, 0.055, 0.0)];
+    let [first, second] = centres.map(|centre| shifted(sphere(4, 0.05), centre));
+    let balls = joined(first, second);
+    let cloth = shifted(sheet(20, 20, 0.01), Vec3::new(-0.1, 0.0, -0.1));
+    let (body, garment) = on_one_joint(balls.clone(), cloth);
+    let scene = CollisionScene {
+        body: &body,
+        vertices: &balls.vertices,
+        colliders: &[],
+        skinned: None,
+    };
+    let height = |p: &Vec3| {
+        centres
+            .map(|centre| p.distance(centre) - 0.05)
+            .into_iter()
+            .fold(f32::INFINITY, f32::min)
+    };
+    let lowest = |positions: &[Vec3]| positions.iter().map(height).fold(f32::INFINITY, f32::min);
+    let mut pass = DisplayPass::new(RULE, &garment, &body);
+    let mut positions = garment.rest.vertices.clone();
+    pass.apply_and(recheck, scene, &mut positions);
+    let before = lowest(&positions);
+    let mut planes = Vec::new();
+    pass.contact_planes(scene, &positions, &mut planes);
+    pass.correct_again(scene, &planes, &mut positions);
+    [before, lowest(&positions)]
+}
+
+#[test]
+fn vertices_that_neighbours_push_into_the_body_come_out_at_once_or_after_sweeps() {
+    let is_out = |height_m: f32| height_m > 5e-4;
+    let [at_once, after] = lowest_between_balls(Recheck::Now);
+    assert!(is_out(at_once) && is_out(after), "{at_once} m, then {after} m");
+    let [before, after] = lowest_between_balls(Recheck::AfterSweeps);
+    assert!(before < -5e-4 && is_out(after), "{before} m, then {after} m");
+}
