@@ -1,7 +1,7 @@
 //! Reading of motions, files and built-in ones, the same for every command.
 
 use crate::{args::MotionArgs, checks::ForceArgs, failure::Usage, output::print_status};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, anyhow, bail};
 use std::{
     ops::Range,
     path::{Path, PathBuf},
@@ -39,13 +39,13 @@ pub(crate) fn read(
 ) -> Result<Clip> {
     let name = path.to_str().unwrap_or_default();
     let built_in = standard_clip(character, name, STANDARD_SEED, fps);
-    if let Some(clip) = built_in.with_context(|| format!("--motion {name}"))? {
+    if let Some(clip) = built_in.map_err(|e| anyhow!("{name}: {e}"))? {
         return Ok(clip);
     }
     // A word that is neither a built-in name nor a file is most likely a mistyped name.
     if path.extension().is_none() && !path.exists() {
         let (names, found) = (STANDARD_CLIPS.join(", "), path.display());
-        let text = format!("--motion: expected a file or one of {names}; found {found}");
+        let text = format!("{found}: expected a motion file or one of {names}, found nothing");
         return Err(Usage(text).into());
     }
     let options = MotionOptions {

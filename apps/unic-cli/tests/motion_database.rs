@@ -37,6 +37,12 @@ fn a_database_file_steers_like_its_clips() {
     assert_eq!(written["clips"], 8);
     let from_file = scripts(folder, "--database my.unicmotn");
     assert_eq!(from_file, scripts(folder, &format!("{clips} --exclude stop")));
+    let line = "motion-database --motion dance walk_circles --out built_in.unicmotn --json";
+    assert_eq!(
+        json(folder, line)["clips"],
+        4,
+        "two built-in motions and their mirrors"
+    );
     // The tag of excluded clips is in the file.
     assert_ne!(from_file, scripts(folder, clips));
 

@@ -12,6 +12,7 @@ use std::{
     thread::sleep,
     time::{Duration, Instant},
 };
+use unic_builtin::motion::STANDARD_CLIPS;
 use unic_io::{Capture, NpzWriter, Split, write_character, write_motion, write_obj};
 
 const INPUTS: &str = "--character body.npz --garment tube --contacts 4,4,5,5";
@@ -135,8 +136,23 @@ fn built_in_motions_are_chosen_by_name() {
     let refused = command(folder.path(), line).output().unwrap();
     assert_eq!(refused.status.code(), Some(2));
     let text = stderr(&refused);
-    assert!(text.contains("expected a file or one of idle"), "{text}");
-    assert!(text.contains("found dence"), "{text}");
+    assert!(
+        text.contains("dence: expected a motion file or one of idle"),
+        "{text}"
+    );
+}
+
+#[test]
+fn built_in_motions_are_named_in_the_help_and_in_the_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = command(folder.path(), "simulate --help").output().unwrap();
+    let help = String::from_utf8(help.stdout).unwrap();
+    let words: Vec<&str> = help.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
+    let reference = include_str!("../../../docs/reference/motion.md");
+    for name in STANDARD_CLIPS {
+        assert!(words.contains(&name), "{name}");
+        assert!(reference.contains(&format!("`{name}`")), "{name}");
+    }
 }
 
 #[test]

@@ -22,7 +22,7 @@ use std::{
         atomic::{AtomicUsize, Ordering},
     },
 };
-use unic_builtin::motion::{STANDARD_CLIPS, STANDARD_SEED, standard_set};
+use unic_builtin::motion::{STANDARD_CLIPS, STANDARD_SEED, standard_clip};
 use unic_core::{StepInput, clip::Clip};
 use unic_io::import_motion;
 
@@ -158,9 +158,8 @@ bone_map=None, force=False)")]
         let fps = check_fps(fps.or(character.fps()).unwrap_or(30.0))?;
         let character = character.source();
         let clip = detached(py, || {
-            let set = standard_set(character.get(), STANDARD_SEED, fps);
-            let set = set.map_err(|e| Error::Value(e.to_string()))?;
-            Ok((set.train.into_iter().chain(set.test)).find(|clip| clip.name == name))
+            let clip = standard_clip(character.get(), name, STANDARD_SEED, fps);
+            clip.map_err(|e| Error::Value(e.to_string()))
         })?;
         let unknown = || Error::value("name", format!("one of {}", STANDARD_CLIPS.join(", ")), name);
         clip.map(Self::new).ok_or_else(unknown)

@@ -21,8 +21,8 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct InspectArgs {
-    /// File or folder to inspect; with --coverage, any number of motions [default: the test clips
-    /// of the capture].
+    /// File or folder to inspect; with --coverage, any number of motions, files or built-in ones by
+    /// name [default: the test clips of the capture].
     #[arg(required_unless_present = "coverage")]
     pub(crate) path: Vec<PathBuf>,
     /// Folder of the capture whose training clips the motions are compared with.

@@ -24,8 +24,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`standard_set`] makes several minutes of training clips and test clips. [`control_set`] makes
-//! clips for interactive control.
+//! [`standard_set`] makes several minutes of training clips and test clips, [`standard_clip`] one of
+//! them. [`control_set`] makes clips for interactive control.
 
 mod action;
 mod channel;

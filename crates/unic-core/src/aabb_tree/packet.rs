@@ -106,9 +106,9 @@ impl Packet {
         }
     }
 
-    /// Updates one lane, if a triangle is nearer than what it has found, or as near with a lower
-    /// number.
-    // Before a search, so that `has_found` need not be set: the radius has not been computed yet.
+    /// Updates one lane before a search, if a triangle is nearer than what the lane has found, or as
+    /// near with a lower number.
+    // The search computes its radius at its start, so that `has_found` need not be set.
     #[inline(always)]
     pub(crate) fn test_triangle_in(&mut self, lane: usize, item: u32, triangle: &Triangle) {
         // An inactive lane has a negative square, than which nothing is nearer.

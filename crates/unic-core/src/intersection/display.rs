@@ -74,14 +74,18 @@ pub struct DisplayPass {
     to_recheck: Vec<Vec3>,
 }
 
-/// Time at which the body is searched for again around vertices that have moved with their
-/// neighbours.
+/// Time at which moved vertices search the body again: those that lifts and the corrections of
+/// their neighbours have moved may have come to another part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Recheck {
     /// At once.
     Now,
-    /// After the sweeps over the edges that follow, which move all of them again, by
-    /// [`DisplayPass::correct_again`].
+    /// After the sweeps over the edges that follow, by [`DisplayPass::correct_again`]. It searches
+    /// from vertices beside the skin and from those that have moved by more than their height.
+    ///
+    /// Until then contacts belong to the positions before the corrections. So the planes of the
+    /// sweeps may be those of another part, and under the arms a few more vertices stay inside
+    /// (docs/lab/intersections.md).
     AfterSweeps,
 }
 

@@ -107,8 +107,7 @@ mod tests {
         let triangle = TriMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();
         let surface = Surface::build(&triangle);
         let points = [Vec3::NAN, Vec3::Z, Vec3::INFINITY];
-        let packet =
-            surface.closest_of_packet(&points, f32::INFINITY, &[u32::MAX, 0], FaceFilter::new(|_| true));
+        let packet = surface.closest_of_packet(&points, f32::INFINITY, &[0; 3], FaceFilter::new(|_| true));
         assert_eq!(packet.item[..4], [u32::MAX, 0, u32::MAX, u32::MAX]);
     }
 }

@@ -89,16 +89,14 @@ impl Group<'_> {
             // Without finite positions 0 / 0 leaves the centre NaN.
             *centre = finite().sum::<Vec3>() / finite().count() as f32;
         }
+        // The first slot of a packet with vertices has one.
+        let seeds = seeds(contacts.iter().step_by(LANES));
         let faces = match centres.iter().any(|centre| centre.is_finite()) {
-            true => {
-                // A face near the middle vertex of each packet.
-                let seeds = seeds(contacts.iter().skip(LANES / 2).step_by(LANES));
-                self.closest(&centres, &seeds).item
-            }
+            true => self.closest(&centres, &seeds).item,
             false => [u32::MAX; LANES],
         };
         // A centre outside a limb that has sunk into a pushing part may still be inside that part.
-        let pushing = self.closest_pushing_from(&centres, faces);
+        let pushing = self.closest_pushing_from(&centres, faces, &seeds);
         std::array::from_fn(|k| {
             let height = |face| {
                 let hit = self.body.surface.point_on(face, centres[k]);
@@ -138,7 +136,12 @@ impl Group<'_> {
 
     /// Finds the contacts of the vertices of a packet.
     fn find_packet_contacts(&self, positions: &[Vec3], centre: &PacketCentre, contacts: &mut [Contact]) {
-        let found = self.closest(positions, &seeds(contacts.iter()));
+        let seeds = seeds(contacts.iter()).map(|face| match face {
+            // In the first frame.
+            u32::MAX => centre.face,
+            face => face,
+        });
+        let found = self.closest(positions, &seeds);
         let mut unresolved = [Vec3::NAN; LANES];
         for (lane, (contact, &p)) in contacts.iter_mut().zip(positions).enumerate() {
             let (distance, face) = (found.squared[lane].sqrt(), found.item[lane]);
@@ -165,7 +168,7 @@ impl Group<'_> {
     fn resolve(&self, positions: &[Vec3; LANES], nearest: [u32; LANES], contacts: &mut [Contact]) {
         let mut sunk = *positions;
         self.sink(&mut sunk, nearest);
-        let pushing = self.closest_pushing_from(&sunk, nearest);
+        let pushing = self.closest_pushing_from(&sunk, nearest, &seeds(contacts.iter()));
         let mut corrected = [Vec3::NAN; LANES];
         for (lane, contact) in contacts.iter_mut().enumerate() {
             if positions[lane].is_finite() {
@@ -193,8 +196,13 @@ impl Group<'_> {
     }
 
     /// Finds the closest face that may push each point, where `nearest`, the closest of all, may
-    /// not.
-    fn closest_pushing_from(&self, at: &[Vec3; LANES], nearest: [u32; LANES]) -> [u32; LANES] {
+    /// not. `seeds` are pushing faces near the points.
+    fn closest_pushing_from(
+        &self,
+        at: &[Vec3; LANES],
+        nearest: [u32; LANES],
+        seeds: &[u32; LANES],
+    ) -> [u32; LANES] {
         let mut searched = *at;
         for (searched, face) in searched.iter_mut().zip(nearest) {
             if self.may_push(face) {
@@ -204,7 +212,7 @@ impl Group<'_> {
         if searched.iter().all(|p| p.is_nan()) {
             return nearest;
         }
-        let found = self.closest_pushing(&searched, &nearest).item;
+        let found = self.closest_pushing(&searched, seeds).item;
         std::array::from_fn(|lane| match searched[lane].is_finite() {
             true => found[lane],
             false => nearest[lane],
@@ -228,9 +236,10 @@ impl Group<'_> {
     }
 
     /// Does what [`RobustIntersection::push_further`] does for the lanes with a finite position.
-    /// Returns the faces of the body closest to where they end; `faces` are near them.
-    fn push_further(&self, at: &mut [Vec3; LANES], faces: [u32; LANES]) -> [u32; LANES] {
-        let (mut next, mut nearest) = (*at, faces);
+    /// Returns the faces of the body closest to where they end. `pushing` are the faces that have
+    /// pushed them to where they are.
+    fn push_further(&self, at: &mut [Vec3; LANES], mut pushing: [u32; LANES]) -> [u32; LANES] {
+        let (mut next, mut nearest) = (*at, pushing);
         let search = |next: &[Vec3; LANES], nearest: &mut [u32; LANES]| {
             let found = self.closest(next, nearest).item;
             for (lane, nearest) in nearest.iter_mut().enumerate() {
@@ -244,7 +253,7 @@ impl Group<'_> {
                 return nearest;
             }
             search(&next, &mut nearest);
-            let pushing = self.closest_pushing_from(&next, nearest);
+            pushing = self.closest_pushing_from(&next, nearest, &pushing);
             for (lane, next) in next.iter_mut().enumerate() {
                 let hit = self.body.surface.point_on(pushing[lane], *next);
                 match hit.and_then(|hit| self.rule.push_out(&hit, *next)) {
@@ -257,7 +266,9 @@ impl Group<'_> {
                 }
             }
         }
-        search(&next, &mut nearest);
+        if next.iter().any(|p| p.is_finite()) {
+            search(&next, &mut nearest);
+        }
         nearest
     }
 
