@@ -37,8 +37,8 @@ pub(crate) struct AnimateArgs {
     /// Model file (.unic).
     pub(crate) model: PathBuf,
     /// Motion file: .npz with poses (T, 3J), trans (T, 3) and a frame rate, or BVH, glTF, FBX or USD
-    /// of any skeleton. Or the name of a built-in motion, such as dance (`unic simulate --help` has
-    /// all of them).
+    /// of any skeleton. Or the name of a built-in motion, such as dance. The help of `unic simulate`
+    /// lists them.
     #[arg(long, value_name = "FILE|NAME")]
     pub(crate) motion: PathBuf,
     /// Animation to write: a .glb, .abc, .usdc, .usda, .pc2, .mdd or .npz file, or a folder of OBJ
