@@ -44,15 +44,11 @@ pub(crate) fn run(args: &BenchArgs) -> Result<()> {
         .into());
     }
     if let Some(out) = &args.out {
-        let inputs = [&args.model, &args.mesh, &args.reading.bone_map];
-        Outputs::with_inputs(
-            inputs
-                .into_iter()
-                .flatten()
-                .chain(motion_file::files(&args.motion)),
-        )
-        .file(out)
-        .check(Existing::of(args.overwrite))?;
+        let motion = motion_file::files(&args.motion);
+        let others = [&args.model, &args.mesh, &args.reading.bone_map];
+        Outputs::with_inputs(others.into_iter().flatten().chain(motion))
+            .file(out)
+            .check(Existing::of(args.overwrite))?;
     }
     args.warn();
     let mut report = SpeedReport::new();

@@ -156,11 +156,11 @@ impl DisplayPass {
 
     /// Moves world positions, metres, to where they are shown.
     pub fn apply(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
-        self.apply_and(Recheck::Now, scene, positions);
+        self.apply_with(Recheck::Now, scene, positions);
     }
 
     /// Moves world positions, metres, to where they are shown, or to where sweeps begin.
-    pub(crate) fn apply_and(&mut self, recheck: Recheck, scene: CollisionScene, positions: &mut [Vec3]) {
+    pub(crate) fn apply_with(&mut self, recheck: Recheck, scene: CollisionScene, positions: &mut [Vec3]) {
         self.find_contacts(scene, positions);
         self.find_corrections(scene);
         self.lift_faces(scene);

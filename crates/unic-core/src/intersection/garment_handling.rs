@@ -164,7 +164,7 @@ impl GarmentHandling {
                 colliders,
                 skinned: skinned_garment(self.mode, garment, &self.world_from_rest, self.closing_share),
             };
-            display.apply_and(recheck, scene, positions);
+            display.apply_with(recheck, scene, positions);
         }
     }
 

@@ -90,13 +90,13 @@ impl Group<'_> {
             *centre = finite().sum::<Vec3>() / finite().count() as f32;
         }
         // The first slot of a packet with vertices has one.
-        let seeds = seeds(contacts.iter().step_by(LANES));
+        let near = seeds(contacts.iter().step_by(LANES));
         let faces = match centres.iter().any(|centre| centre.is_finite()) {
-            true => self.closest(&centres, &seeds).item,
+            true => self.closest(&centres, &near).item,
             false => [u32::MAX; LANES],
         };
         // A centre outside a limb that has sunk into a pushing part may still be inside that part.
-        let pushing = self.closest_pushing_from(&centres, faces, &seeds);
+        let pushing = self.closest_pushing_from(&centres, faces, &near);
         std::array::from_fn(|k| {
             let height = |face| {
                 let hit = self.body.surface.point_on(face, centres[k]);
@@ -136,12 +136,12 @@ impl Group<'_> {
 
     /// Finds the contacts of the vertices of a packet.
     fn find_packet_contacts(&self, positions: &[Vec3], centre: &PacketCentre, contacts: &mut [Contact]) {
-        let seeds = seeds(contacts.iter()).map(|face| match face {
+        let near = seeds(contacts.iter()).map(|face| match face {
             // In the first frame.
             u32::MAX => centre.face,
             face => face,
         });
-        let found = self.closest(positions, &seeds);
+        let found = self.closest(positions, &near);
         let mut unresolved = [Vec3::NAN; LANES];
         for (lane, (contact, &p)) in contacts.iter_mut().zip(positions).enumerate() {
             let (distance, face) = (found.squared[lane].sqrt(), found.item[lane]);

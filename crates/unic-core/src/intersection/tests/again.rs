@@ -152,7 +152,7 @@ fn lowest_between_balls(recheck: Recheck) -> [f32; 2] {
     let lowest = |positions: &[Vec3]| positions.iter().map(height).fold(f32::INFINITY, f32::min);
     let mut pass = DisplayPass::new(RULE, &garment, &body);
     let mut positions = garment.rest.vertices.clone();
-    pass.apply_and(recheck, scene, &mut positions);
+    pass.apply_with(recheck, scene, &mut positions);
     let before = lowest(&positions);
     let mut planes = Vec::new();
     pass.contact_planes(scene, &positions, &mut planes);
