@@ -46,7 +46,6 @@ mod robust;
 mod tests;
 
 pub use contact_filter::ContactFilter;
-pub(crate) use display::Recheck;
 pub use display::{CollisionScene, DisplayPass, SkinnedGarment};
 pub use garment_handling::GarmentHandling;
 pub(crate) use garment_handling::pose_body;

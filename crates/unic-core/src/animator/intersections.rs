@@ -5,7 +5,7 @@ use crate::{
     character::Character,
     collider::Collider,
     config::IntersectionMode,
-    intersection::{GarmentHandling, Handling, Layers, Recheck},
+    intersection::{GarmentHandling, Handling, Layers},
     model::Model,
     transform::Rigid,
 };
@@ -157,11 +157,7 @@ impl Animator {
                 handling, colliders, ..
             } = intersections;
             handling.set_closing_share(state.start.added_share());
-            let recheck = match model.projection {
-                Some(_) => Recheck::AfterSweeps,
-                None => Recheck::Now,
-            };
-            handling.correct_for_display(recheck, &model.garment, colliders, &mut scratch.positions);
+            handling.correct_for_display(&model.garment, colliders, &mut scratch.positions);
             // Corrections stretch the edges around them.
             if let Some(projection) = &model.projection
                 && handling.contact_planes(&scratch.positions, &mut scratch.planes)

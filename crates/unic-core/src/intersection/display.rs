@@ -74,21 +74,6 @@ pub struct DisplayPass {
     to_recheck: Vec<Vec3>,
 }
 
-/// Time at which moved vertices search the body again: those that lifts and the corrections of
-/// their neighbours have moved may have come to another part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Recheck {
-    /// At once.
-    Now,
-    /// After the sweeps over the edges that follow, by [`DisplayPass::correct_again`]. It searches
-    /// from vertices beside the skin and from those that have moved by more than their height.
-    ///
-    /// Until then contacts belong to the positions before the corrections. So the planes of the
-    /// sweeps may be those of another part, and under the arms a few more vertices stay inside
-    /// (docs/lab/intersections.md).
-    AfterSweeps,
-}
-
 /// Posed body with its vertices, and the colliders around it.
 #[derive(Clone, Copy, Debug)]
 pub struct CollisionScene<'a> {
@@ -156,15 +141,10 @@ impl DisplayPass {
 
     /// Moves world positions, metres, to where they are shown.
     pub fn apply(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
-        self.apply_with(Recheck::Now, scene, positions);
-    }
-
-    /// Moves world positions, metres, to where they are shown, or to where sweeps begin.
-    pub(crate) fn apply_with(&mut self, recheck: Recheck, scene: CollisionScene, positions: &mut [Vec3]) {
         self.find_contacts(scene, positions);
         self.find_corrections(scene);
         self.lift_faces(scene);
-        self.spread(recheck, scene, positions);
+        self.spread_corrections(scene, positions);
         self.close_tears(scene, &tears::LARGE_TEARS, positions);
         self.order_layers(scene, positions);
     }
@@ -236,20 +216,13 @@ impl DisplayPass {
 
     /// Spreads the corrections over the garment and moves the positions by them.
     pub fn spread_corrections(&mut self, scene: CollisionScene, positions: &mut [Vec3]) {
-        self.spread(Recheck::Now, scene, positions);
-    }
-
-    fn spread(&mut self, recheck: Recheck, scene: CollisionScene, positions: &mut [Vec3]) {
         if self.corrections.is_empty() {
             return;
         }
         self.smoothing.spread(&self.neighbours, &self.corrections);
         self.find_moving_packets();
         self.move_vertices(scene);
-        self.lower_heights();
-        if recheck == Recheck::Now {
-            self.recheck(scene);
-        }
+        self.recheck(scene);
         let slots = scene.body.contact_filter().garment_packets().slots();
         let (summaries, shown) = (&self.summaries, &self.shown);
         for_each_chunk(positions, CHUNK, |first, positions| {
@@ -325,21 +298,18 @@ impl DisplayPass {
         });
     }
 
-    /// Lowers the heights of a garment with layers. Their further rounds read them: they stay lower
-    /// bounds at the shown positions.
-    fn lower_heights(&mut self) {
+    /// Corrects the shown positions that may be too low.
+    fn recheck(&mut self, scene: CollisionScene) {
+        let is_moving = |packet: usize| self.summaries[packet].is_moving;
         if self.layer_order.is_some() {
+            // Further rounds for layers read these heights: they stay lower bounds at the new
+            // positions.
             for (slot, contact) in self.contacts.iter_mut().enumerate() {
-                if self.summaries[slot / LANES].is_moving {
+                if is_moving(slot / LANES) {
                     contact.height_m -= self.shown[slot].distance(self.at[slot]);
                 }
             }
         }
-    }
-
-    /// Corrects the shown positions that may be too low.
-    fn recheck(&mut self, scene: CollisionScene) {
-        let is_moving = |packet: usize| self.summaries[packet].is_moving;
         (self.rule).find_contacts(scene.body, &self.to_recheck, is_moving, &mut self.contacts);
         let (to_recheck, contacts) = (&self.to_recheck, &self.contacts);
         for_each_chunk(&mut self.shown, CHUNK, |first, shown| {

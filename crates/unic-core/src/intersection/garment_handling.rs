@@ -1,6 +1,6 @@
 //! Intersection handling of all vertices of a garment.
 
-use super::{CollisionScene, DisplayPass, Handling, Layers, Recheck, SkinnedGarment};
+use super::{CollisionScene, DisplayPass, Handling, Layers, SkinnedGarment};
 use crate::{
     character::{Character, Garment},
     collider::Collider,
@@ -152,7 +152,6 @@ impl GarmentHandling {
     /// Moves shown world positions of the garment, metres, off the body and the colliders.
     pub(crate) fn correct_for_display(
         &mut self,
-        recheck: Recheck,
         garment: &Garment,
         colliders: &[Collider],
         positions: &mut [Vec3],
@@ -164,7 +163,7 @@ impl GarmentHandling {
                 colliders,
                 skinned: skinned_garment(self.mode, garment, &self.world_from_rest, self.closing_share),
             };
-            display.apply_with(recheck, scene, positions);
+            display.apply(scene, positions);
         }
     }
 
@@ -184,7 +183,7 @@ impl GarmentHandling {
                 }
             });
         }
-        self.correct_for_display(Recheck::Now, garment, &[], positions);
+        self.correct_for_display(garment, &[], positions);
     }
 }
 

@@ -1,8 +1,7 @@
 //! Robust handling of intersections, after which edges relax along the body.
 
 use crate::{
-    FRAMES, TOLERANCE,
-    common::{self, largest_distance},
+    FRAMES, TOLERANCE, common,
     device::{self, gpu_animator},
     largest_offset,
     models::model,
@@ -24,6 +23,12 @@ fn robust(corrects: Corrects) -> IntersectionMode {
         corrects,
     }
 }
+
+/// Number of inputs that differ by rounding errors.
+const ROUNDINGS: usize = 16;
+
+/// Difference of positions that a device's arithmetic explains, metres.
+const ROUNDING_M: f32 = 2e-6;
 
 /// Numbers of pushes.
 #[derive(Default)]
@@ -129,19 +134,62 @@ fn run_robust(model: &Arc<Model>) -> Option<(usize, Pushes)> {
         }
         cpu.body(&mut body);
         handling.pose(character, &body);
-        let mut expected = cpu.garment().positions.to_vec();
+        let predicted = cpu.garment().positions.to_vec();
+        let mut expected = predicted.clone();
         let skinned = common::skinned_garment(model, &poses[t]);
         let now = shown(model, &handling, &skinned, &mut expected);
         still += usize::from(now.moved == 0);
         pushes.moved += now.moved;
         pushes.from_afar += now.from_afar;
         let found = gpu.read_back().unwrap().positions;
-        let error = largest_distance(&found, &expected);
-        assert!(error < TOLERANCE, "frame {t}: {error} m");
+        let is_far = |v: &usize| found[*v].distance(expected[*v]) >= TOLERANCE;
+        let far: Vec<usize> = (0..found.len()).filter(is_far).collect();
+        // Where two ways out of the body are equally long, rounding decides.
+        let undecided = match far.is_empty() {
+            true => Vec::new(),
+            false => undecided(&predicted, |p| _ = shown(model, &handling, &skinned, p)),
+        };
+        for v in far {
+            let error = found[v].distance(expected[v]);
+            assert!(undecided[v], "frame {t}, vertex {v}: {error} m");
+        }
         let error = state_error(cpu.state(), &gpu.state().unwrap());
         assert!(error < TOLERANCE, "frame {t}: {error} m");
     }
     Some((still, pushes))
+}
+
+/// Returns which vertices move far when the input moves by rounding errors.
+///
+/// Panics where more than a few do, for then the comparison says nothing.
+fn undecided(predicted: &[Vec3], shown: impl Fn(&mut [Vec3])) -> Vec<bool> {
+    let variants: Vec<Vec<Vec3>> = (0..ROUNDINGS)
+        .map(|k| {
+            // Directions that have nothing in common.
+            let direction = |v: usize| {
+                let angle = (977 * k + v) as f32;
+                Vec3::new(angle.sin(), (1.7 * angle).sin(), (2.3 * angle).sin())
+            };
+            let moved = predicted.iter().enumerate();
+            let mut moved: Vec<Vec3> = moved.map(|(v, p)| *p + direction(v) * ROUNDING_M).collect();
+            shown(&mut moved);
+            moved
+        })
+        .collect();
+    let is_undecided = |v: usize| {
+        let others = variants[1..].iter();
+        others
+            .map(|other| other[v].distance(variants[0][v]))
+            .any(|far_m| far_m > TOLERANCE)
+    };
+    let undecided: Vec<bool> = (0..predicted.len()).map(is_undecided).collect();
+    let count = undecided.iter().filter(|is| **is).count();
+    assert!(
+        10 * count < undecided.len(),
+        "{count} of {} vertices",
+        undecided.len()
+    );
+    undecided
 }
 
 /// Uses eight storage buffers a kernel.
