@@ -8,7 +8,7 @@ use common::*;
 use std::{
     fs,
     path::Path,
-    process::{Child, Command, Stdio},
+    process::Stdio,
     thread::sleep,
     time::{Duration, Instant},
 };
@@ -28,45 +28,6 @@ fn the_same_seed_gives_the_same_tensors_on_any_number_of_threads() {
     );
     assert!(first == trained("c.unic", "--threads 1"), "two threads and one");
     assert!(first != trained("d.unic", "--threads 2 --seed 9"), "another seed");
-}
-
-/// Sends the signal of Ctrl-C.
-fn interrupt(child: &Child) {
-    let killed = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status()
-        .unwrap();
-    assert!(killed.success());
-}
-
-/// Waits until a file has a line that contains `word`.
-fn wait_for_line(path: &Path, word: &str) {
-    let started = Instant::now();
-    let is_there = |text: String| text.lines().any(|line| line.contains(word));
-    while !fs::read_to_string(path).is_ok_and(is_there) {
-        assert!(
-            started.elapsed() < Duration::from_secs(120),
-            "{} has no {word}",
-            path.display()
-        );
-        sleep(Duration::from_millis(5));
-    }
-}
-
-/// Runs `line` until its metrics have a line with `word`, then interrupts it. Returns stderr.
-fn interrupted(folder: &Path, line: &str, metrics: &str, word: &str) -> String {
-    let mut command = command(folder, line);
-    let child = command
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    wait_for_line(&folder.join(metrics), word);
-    interrupt(&child);
-    let output = child.wait_with_output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(130), "{stderr}");
-    stderr
 }
 
 #[cfg(unix)]

@@ -6,8 +6,11 @@
 )]
 
 use std::{
+    fs,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::{Child, Command, Output, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
 };
 use unic_core::character::{Character, Garment};
 use unic_io::Split;
@@ -94,7 +97,7 @@ pub(crate) fn train(folder: &Path, out: &str, more: &str) -> serde_json::Value {
 
 /// Names and bytes of the tensors of a model, sorted by name.
 pub(crate) fn tensors(path: &Path) -> Vec<(String, Vec<u8>)> {
-    let bytes = std::fs::read(path).unwrap();
+    let bytes = fs::read(path).unwrap();
     let file = safetensors::SafeTensors::deserialize(&bytes).unwrap();
     let mut all: Vec<_> = file
         .tensors()
@@ -108,7 +111,46 @@ pub(crate) fn tensors(path: &Path) -> Vec<(String, Vec<u8>)> {
 
 /// Metadata of a model file.
 pub(crate) fn metadata(path: &Path) -> serde_json::Value {
-    let bytes = std::fs::read(path).unwrap();
+    let bytes = fs::read(path).unwrap();
     let (_, header) = safetensors::SafeTensors::read_metadata(&bytes).unwrap();
     serde_json::from_str(&header.metadata().as_ref().unwrap()["unic"]).unwrap()
+}
+
+/// Sends the signal of Ctrl-C.
+pub(crate) fn interrupt(child: &Child) {
+    let killed = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(killed.success());
+}
+
+/// Waits until a file has a line that contains `word`.
+pub(crate) fn wait_for_line(path: &Path, word: &str) {
+    let started = Instant::now();
+    let is_there = |text: String| text.lines().any(|line| line.contains(word));
+    while !fs::read_to_string(path).is_ok_and(is_there) {
+        assert!(
+            started.elapsed() < Duration::from_secs(120),
+            "{} has no {word}",
+            path.display()
+        );
+        sleep(Duration::from_millis(5));
+    }
+}
+
+/// Runs `line` until the file `watched` has a line with `word`, then interrupts it. Returns stderr.
+pub(crate) fn interrupted(folder: &Path, line: &str, watched: &str, word: &str) -> String {
+    let mut command = command(folder, line);
+    let child = command
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    wait_for_line(&folder.join(watched), word);
+    interrupt(&child);
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    stderr
 }

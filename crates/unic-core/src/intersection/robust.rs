@@ -103,7 +103,7 @@ impl RobustBody {
     }
 
     /// Filter for the faces that may push a garment vertex.
-    fn faces_pushing(&self, vertex: usize) -> FaceFilter<impl Fn(u32) -> bool> {
+    fn faces_pushing(&self, vertex: usize) -> FaceFilter<impl Fn(u32) -> bool + Copy> {
         FaceFilter {
             groups: self.contact_filter.groups_pushing_vertex(vertex),
             accepts: move |face| {

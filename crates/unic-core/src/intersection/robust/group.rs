@@ -1,16 +1,17 @@
 //! Contacts of all vertices of a garment at once, group by group of [`Packets`].
 
+mod search;
+mod slots;
+
 use super::{
     ClosestFaces, Contact, MAX_ITERATIONS, RobustBody, RobustIntersection, SunkPosition, next_position,
     sinking::Surroundings,
 };
 use crate::{
-    aabb_tree::{LANES, Packet},
-    intersection::packets::Packets,
-    parallel::for_each_chunk,
-    surface::FaceFilter,
+    aabb_tree::LANES, intersection::packets::Packets, parallel::for_each_chunk, surface::SurfacePoint,
 };
 use glam::Vec3;
+use slots::Slots;
 
 impl RobustIntersection {
     /// Finds the contacts of the vertices of the garment with the body, by [slot](Packets).
@@ -59,6 +60,9 @@ struct PacketCentre {
     height_m: f32,
 }
 
+/// A value for each slot of a group.
+type BySlot<T> = [T; Packets::GROUP];
+
 impl Group<'_> {
     /// Finds the contacts of the active packets; slices are by slot of the group.
     fn find_contacts(&self, at: &[Vec3], is_active: impl Fn(usize) -> bool, contacts: &mut [Contact]) {
@@ -66,11 +70,20 @@ impl Group<'_> {
             return;
         }
         let centres = self.packet_centres(at, is_active, contacts);
-        for ((at, contacts), centre) in at.chunks(LANES).zip(contacts.chunks_mut(LANES)).zip(centres) {
-            if centre.centre.is_finite() && !self.is_packet_clear(at, &centre, contacts) {
-                self.find_packet_contacts(at, &centre, contacts);
+        let mut near = Slots::EMPTY;
+        let packets = at.chunks(LANES).zip(contacts.chunks_mut(LANES)).zip(&centres);
+        for (packet, ((at, contacts), centre)) in packets.enumerate() {
+            if centre.centre.is_finite() && !self.is_packet_clear(at, centre, contacts) {
+                for (lane, contact) in contacts.iter_mut().enumerate() {
+                    match at[lane].is_finite() {
+                        true => near.push(packet * LANES + lane),
+                        // A vertex that is not searched for keeps its face and height.
+                        false => contact.corrected = None,
+                    }
+                }
             }
         }
+        self.find_near_contacts(near, at, &centres, contacts);
     }
 
     /// Finds the body near the centre of each active packet. The centre of a packet without
@@ -83,20 +96,22 @@ impl Group<'_> {
         contacts: &[Contact],
     ) -> [PacketCentre; LANES] {
         let mut centres = [Vec3::NAN; LANES];
+        let mut known = Slots::EMPTY;
         let packets = centres.iter_mut().zip(at.chunks(LANES)).enumerate();
-        for (_, (centre, at)) in packets.filter(|&(packet, _)| is_active(packet)) {
+        for (packet, (centre, at)) in packets.filter(|&(packet, _)| is_active(packet)) {
             let finite = || at.iter().filter(|p| p.is_finite());
             // Without finite positions 0 / 0 leaves the centre NaN.
             *centre = finite().sum::<Vec3>() / finite().count() as f32;
+            if centre.is_finite() {
+                known.push(packet);
+            }
         }
         // The first slot of a packet with vertices has one.
-        let near = seeds(contacts.iter().step_by(LANES));
-        let faces = match centres.iter().any(|centre| centre.is_finite()) {
-            true => self.closest(&centres, &near).item,
-            false => [u32::MAX; LANES],
-        };
+        let mut faces: [u32; LANES] = std::array::from_fn(|packet| contacts[packet * LANES].face);
+        let mut pushing = faces;
+        self.search(&known, &centres, &mut faces, None);
         // A centre outside a limb that has sunk into a pushing part may still be inside that part.
-        let pushing = self.closest_pushing_from(&centres, faces, &near);
+        self.search_pushing_from(&known, &centres, &faces, &mut pushing);
         std::array::from_fn(|k| {
             let height = |face| {
                 let hit = self.body.surface.point_on(face, centres[k]);
@@ -134,89 +149,67 @@ impl Group<'_> {
         is_clear
     }
 
-    /// Finds the contacts of the vertices of a packet.
-    fn find_packet_contacts(&self, positions: &[Vec3], centre: &PacketCentre, contacts: &mut [Contact]) {
-        let near = seeds(contacts.iter()).map(|face| match face {
-            // In the first frame.
-            u32::MAX => centre.face,
-            face => face,
-        });
-        let found = self.closest(positions, &near);
-        let mut unresolved = [Vec3::NAN; LANES];
-        for (lane, (contact, &p)) in contacts.iter_mut().zip(positions).enumerate() {
-            let (distance, face) = (found.squared[lane].sqrt(), found.item[lane]);
-            if !p.is_finite() {
-                // A vertex that was not searched for keeps its face and height.
-                contact.corrected = None;
-            } else if self.is_vertex_clear(p, face, distance, centre) {
-                *contact = Contact {
+    /// Finds the contacts of the vertices that the body may reach.
+    fn find_near_contacts(
+        &self,
+        near: Slots,
+        at: &[Vec3],
+        centres: &[PacketCentre; LANES],
+        contacts: &mut [Contact],
+    ) {
+        let (mut faces, mut distances) = ([u32::MAX; Packets::GROUP], [0.0; Packets::GROUP]);
+        for slot in near.iter() {
+            faces[slot] = match contacts[slot].face {
+                // In the first frame.
+                u32::MAX => centres[slot / LANES].face,
+                face => face,
+            };
+        }
+        self.search(&near, at, &mut faces, Some(&mut distances));
+        let unresolved = near.filtered(|slot| {
+            let (face, distance) = (faces[slot], distances[slot]);
+            let is_clear = self.is_vertex_clear(at[slot], face, distance, &centres[slot / LANES]);
+            if is_clear {
+                contacts[slot] = Contact {
                     face,
                     height_m: distance,
                     corrected: None,
                 };
-            } else {
-                unresolved[lane] = p;
             }
-        }
-        if unresolved.iter().any(|p| p.is_finite()) {
-            self.resolve(&unresolved, found.item, contacts);
+            !is_clear
+        });
+        if !unresolved.is_empty() {
+            self.resolve(unresolved, at, &faces, contacts);
         }
     }
 
-    /// Sinks and pushes the vertices of the lanes with a finite position; `nearest` are the closest
-    /// faces of the body. The counterpart of [`RobustIntersection::find_contact`].
-    fn resolve(&self, positions: &[Vec3; LANES], nearest: [u32; LANES], contacts: &mut [Contact]) {
-        let mut sunk = *positions;
-        self.sink(&mut sunk, nearest);
-        let pushing = self.closest_pushing_from(&sunk, nearest, &seeds(contacts.iter()));
-        let mut corrected = [Vec3::NAN; LANES];
-        for (lane, contact) in contacts.iter_mut().enumerate() {
-            if positions[lane].is_finite() {
-                let position = SunkPosition {
-                    from: positions[lane],
-                    to: sunk[lane],
-                };
-                let faces = ClosestFaces {
-                    of_body: nearest[lane],
-                    of_pushing: pushing[lane],
-                };
-                *contact = (self.rule).push_once(self.body, self.vertex, position, faces);
-                corrected[lane] = contact.corrected.unwrap_or(Vec3::NAN);
-            }
+    /// Sinks and pushes vertices; `nearest` are the closest faces of the body. The counterpart of
+    /// [`RobustIntersection::find_contact`].
+    fn resolve(&self, slots: Slots, from: &[Vec3], nearest: &BySlot<u32>, contacts: &mut [Contact]) {
+        let (mut at, mut pushing) = ([Vec3::NAN; Packets::GROUP], [u32::MAX; Packets::GROUP]);
+        for slot in slots.iter() {
+            (at[slot], pushing[slot]) = (from[slot], contacts[slot].face);
         }
-        if corrected.iter().any(|p| p.is_finite()) {
-            let nearest = self.push_further(&mut corrected, pushing);
-            self.sink(&mut corrected, nearest);
+        self.sink(&slots, &mut at, *nearest);
+        self.search_pushing_from(&slots, &at, nearest, &mut pushing);
+        let corrected = slots.filtered(|slot| {
+            let position = SunkPosition {
+                from: from[slot],
+                to: at[slot],
+            };
+            let faces = ClosestFaces {
+                of_body: nearest[slot],
+                of_pushing: pushing[slot],
+            };
+            contacts[slot] = (self.rule).push_once(self.body, self.vertex, position, faces);
+            at[slot] = contacts[slot].corrected.unwrap_or(at[slot]);
+            contacts[slot].corrected.is_some()
+        });
+        let nearest = self.push_further(corrected, &mut at, pushing);
+        self.sink(&corrected, &mut at, nearest);
+        for slot in corrected.iter() {
+            contacts[slot].corrected = Some(at[slot]);
         }
-        for (contact, at) in contacts.iter_mut().zip(corrected) {
-            if at.is_finite() {
-                contact.corrected = Some(at);
-            }
-        }
-    }
-
-    /// Finds the closest face that may push each point, where `nearest`, the closest of all, may
-    /// not. `seeds` are pushing faces near the points.
-    fn closest_pushing_from(
-        &self,
-        at: &[Vec3; LANES],
-        nearest: [u32; LANES],
-        seeds: &[u32; LANES],
-    ) -> [u32; LANES] {
-        let mut searched = *at;
-        for (searched, face) in searched.iter_mut().zip(nearest) {
-            if self.may_push(face) {
-                *searched = Vec3::NAN;
-            }
-        }
-        if searched.iter().all(|p| p.is_nan()) {
-            return nearest;
-        }
-        let found = self.closest_pushing(&searched, seeds).item;
-        std::array::from_fn(|lane| match searched[lane].is_finite() {
-            true => found[lane],
-            false => nearest[lane],
-        })
     }
 
     fn may_push(&self, face: u32) -> bool {
@@ -235,94 +228,55 @@ impl Group<'_> {
         is_outside && self.body.surface.is_above(face, p)
     }
 
-    /// Does what [`RobustIntersection::push_further`] does for the lanes with a finite position.
-    /// Returns the faces of the body closest to where they end. `pushing` are the faces that have
-    /// pushed them to where they are.
-    fn push_further(&self, at: &mut [Vec3; LANES], mut pushing: [u32; LANES]) -> [u32; LANES] {
-        let (mut next, mut nearest) = (*at, pushing);
-        let search = |next: &[Vec3; LANES], nearest: &mut [u32; LANES]| {
-            let found = self.closest(next, nearest).item;
-            for (lane, nearest) in nearest.iter_mut().enumerate() {
-                if next[lane].is_finite() {
-                    *nearest = found[lane];
-                }
-            }
-        };
+    /// Does what [`RobustIntersection::push_further`] does. Returns the faces of the body closest
+    /// to where the vertices end. `pushing` are the faces that have pushed them to where they are.
+    fn push_further(&self, mut slots: Slots, at: &mut BySlot<Vec3>, mut pushing: BySlot<u32>) -> BySlot<u32> {
+        let mut nearest = pushing;
         for iteration in 1..=MAX_ITERATIONS {
-            if next.iter().all(|p| !p.is_finite()) {
-                return nearest;
-            }
-            search(&next, &mut nearest);
-            pushing = self.closest_pushing_from(&next, nearest, &pushing);
-            for (lane, next) in next.iter_mut().enumerate() {
-                let hit = self.body.surface.point_on(pushing[lane], *next);
-                match hit.and_then(|hit| self.rule.push_out(&hit, *next)) {
-                    Some(out) => {
-                        *next = next_position(iteration, *next, out);
-                        at[lane] = *next;
-                    }
-                    // NaN takes a lane that is done out of the next searches.
-                    None => *next = Vec3::NAN,
+            self.search(&slots, at, &mut nearest, None);
+            self.search_pushing_from(&slots, at, &nearest, &mut pushing);
+            slots.retain(|slot| {
+                let hit = self.body.surface.point_on(pushing[slot], at[slot]);
+                let out = hit.and_then(|hit| self.rule.push_out(&hit, at[slot]));
+                if let Some(out) = out {
+                    at[slot] = next_position(iteration, at[slot], out);
                 }
-            }
+                out.is_some()
+            });
         }
-        if next.iter().any(|p| p.is_finite()) {
-            search(&next, &mut nearest);
-        }
+        self.search(&slots, at, &mut nearest, None);
         nearest
     }
 
-    /// Does what [`RobustIntersection::sink`] does for all lanes; `faces` are the faces of the body
-    /// closest to the positions.
-    fn sink(&self, at: &mut [Vec3; LANES], mut faces: [u32; LANES]) {
+    /// Does what [`RobustIntersection::sink`] does; `faces` are the faces of the body closest to the
+    /// positions.
+    fn sink(&self, slots: &Slots, at: &mut BySlot<Vec3>, mut faces: BySlot<u32>) {
         let surface = &self.body.surface;
+        let mut beneath = [u32::MAX; Packets::GROUP];
+        let mut sinking = *slots;
         for _ in 0..MAX_ITERATIONS {
-            let intruders: [_; LANES] = std::array::from_fn(|lane| {
-                let may_intrude = at[lane].is_finite() && !self.may_push(faces[lane]);
-                let hit = may_intrude
-                    .then(|| surface.point_on(faces[lane], at[lane]))
-                    .flatten();
-                hit.filter(|hit| hit.signed_distance < 0.0)
-            });
-            if intruders.iter().all(Option::is_none) {
-                break;
-            }
-            let mut sinking = [Vec3::NAN; LANES];
-            for (lane, _) in intruders.iter().enumerate().filter(|(_, v)| v.is_some()) {
-                sinking[lane] = at[lane];
-            }
-            let beneath = self.closest_pushing(&sinking, &[]).item;
-            for (lane, intruder) in intruders.iter().enumerate() {
-                let beneath = surface.point_on(beneath[lane], sinking[lane]);
+            sinking.retain(|slot| self.intruder(faces[slot], at[slot]).is_some());
+            self.search_pushing(&sinking, at, &mut beneath);
+            sinking.retain(|slot| {
+                let intruder = self.intruder(faces[slot], at[slot]);
+                let beneath = surface.point_on(beneath[slot], at[slot]);
                 let around = intruder.as_ref().zip(beneath.as_ref());
                 let around = around.map(|(intruder, beneath)| Surroundings { intruder, beneath });
                 let step = around
-                    .and_then(|around| self.rule.sinking_step(self.body, self.vertex, at[lane], around));
-                // NaN takes a lane that has arrived out of the next searches.
-                sinking[lane] += step.unwrap_or(Vec3::NAN);
-                if step.is_some() {
-                    at[lane] = sinking[lane];
-                }
-            }
-            faces = self.closest(&sinking, &[]).item;
+                    .and_then(|around| self.rule.sinking_step(self.body, self.vertex, at[slot], around));
+                at[slot] += step.unwrap_or(Vec3::ZERO);
+                step.is_some()
+            });
+            self.search(&sinking, at, &mut faces, None);
         }
     }
 
-    /// Closest faces of the parts that may push.
-    fn closest_pushing(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
-        let pushing = self.body.faces_pushing(self.vertex);
-        let surface = &self.body.surface;
-        surface.closest_of_packet(points, f32::INFINITY, seeds, pushing)
+    /// Returns the point of a face closest to `p` within a part that may not push.
+    fn intruder(&self, face: u32, p: Vec3) -> Option<SurfacePoint> {
+        if self.may_push(face) {
+            return None;
+        }
+        let hit = self.body.surface.point_on(face, p);
+        hit.filter(|hit| hit.signed_distance < 0.0)
     }
-
-    /// Closest faces of the body.
-    fn closest(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
-        let surface = &self.body.surface;
-        surface.closest_of_packet(points, f32::INFINITY, seeds, FaceFilter::new(|_| true))
-    }
-}
-
-/// Faces of the last contacts, one for each lane.
-fn seeds<'a>(mut contacts: impl Iterator<Item = &'a Contact>) -> [u32; LANES] {
-    std::array::from_fn(|_| contacts.next().map_or(u32::MAX, |contact| contact.face))
 }
