@@ -5,13 +5,7 @@
 mod common;
 
 use common::*;
-use std::{
-    fs,
-    path::Path,
-    process::Stdio,
-    thread::sleep,
-    time::{Duration, Instant},
-};
+use std::{fs, path::Path};
 
 #[test]
 fn the_same_seed_gives_the_same_tensors_on_any_number_of_threads() {
@@ -54,15 +48,6 @@ fn an_interrupted_run_continues_to_the_same_model() {
     assert_eq!(curve(folder, "whole"), curve(folder, "cut"));
 }
 
-/// Waits until a path exists.
-fn wait_for(path: &Path) {
-    let started = Instant::now();
-    while !path.exists() {
-        assert!(started.elapsed() < Duration::from_secs(120), "{}", path.display());
-        sleep(Duration::from_millis(5));
-    }
-}
-
 #[cfg(unix)]
 #[test]
 fn an_interrupted_prior_continues_to_the_same_model() {
@@ -74,8 +59,8 @@ fn an_interrupted_prior_continues_to_the_same_model() {
     train(folder, "whole.unic", LONG_PRIOR);
     let line = format!("train tube {SHORT} {LONG_PRIOR} --out cut.unic");
     let child = command(folder, &line)
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
     // The settings are written with the first step of the recurrence.

@@ -125,16 +125,22 @@ pub(crate) fn interrupt(child: &Child) {
     assert!(killed.success());
 }
 
+/// Waits until a path exists.
+pub(crate) fn wait_for(path: &Path) {
+    wait_until(|| path.exists(), &format!("{}", path.display()));
+}
+
 /// Waits until a file has a line that contains `word`.
 pub(crate) fn wait_for_line(path: &Path, word: &str) {
-    let started = Instant::now();
     let is_there = |text: String| text.lines().any(|line| line.contains(word));
-    while !fs::read_to_string(path).is_ok_and(is_there) {
-        assert!(
-            started.elapsed() < Duration::from_secs(120),
-            "{} has no {word}",
-            path.display()
-        );
+    let what = format!("{word} in {}", path.display());
+    wait_until(|| fs::read_to_string(path).is_ok_and(is_there), &what);
+}
+
+fn wait_until(is_there: impl Fn() -> bool, what: &str) {
+    let started = Instant::now();
+    while !is_there() {
+        assert!(started.elapsed() < Duration::from_secs(120), "no {what}");
         sleep(Duration::from_millis(5));
     }
 }

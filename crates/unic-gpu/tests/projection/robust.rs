@@ -30,6 +30,9 @@ const ROUNDINGS: usize = 16;
 /// Difference of positions that a device's arithmetic explains, metres.
 const ROUNDING_M: f32 = 2e-6;
 
+/// Largest share of vertices for which rounding errors may decide.
+const MAX_UNDECIDED_SHARE: f32 = 1e-3;
+
 /// Numbers of pushes.
 #[derive(Default)]
 struct Pushes {
@@ -127,6 +130,7 @@ fn run_robust(model: &Arc<Model>) -> Option<(usize, Pushes)> {
     let poses = common::motion(FRAMES);
     reset(&mut cpu, &mut gpu);
     let (mut body, mut still, mut pushes) = (Vec::new(), 0, Pushes::default());
+    let mut undecided = 0;
     for t in 0..FRAMES {
         if t > 0 {
             cpu.step(&common::input(&poses, t)).unwrap();
@@ -142,54 +146,46 @@ fn run_robust(model: &Arc<Model>) -> Option<(usize, Pushes)> {
         pushes.moved += now.moved;
         pushes.from_afar += now.from_afar;
         let found = gpu.read_back().unwrap().positions;
-        let is_far = |v: &usize| found[*v].distance(expected[*v]) >= TOLERANCE;
-        let far: Vec<usize> = (0..found.len()).filter(is_far).collect();
-        // Where two ways out of the body are equally long, rounding decides.
-        let undecided = match far.is_empty() {
-            true => Vec::new(),
-            false => undecided(&predicted, |p| _ = shown(model, &handling, &skinned, p)),
-        };
-        for v in far {
-            let error = found[v].distance(expected[v]);
-            assert!(undecided[v], "frame {t}, vertex {v}: {error} m");
+        assert_eq!(found.len(), expected.len());
+        let errors_m = found.iter().zip(&expected).map(|(a, b)| a.distance(*b));
+        let errors_m: Vec<f32> = errors_m.collect();
+        // Of two ways out of the body that are equally long, rounding decides for one.
+        if errors_m.iter().any(|&error_m| error_m >= TOLERANCE) {
+            let spread_m = spread(&predicted, &expected, |p| {
+                _ = shown(model, &handling, &skinned, p)
+            });
+            for (v, (&error_m, &spread_m)) in errors_m.iter().zip(&spread_m).enumerate() {
+                undecided += usize::from(error_m >= TOLERANCE);
+                let is_explained = error_m < TOLERANCE.max(2.0 * spread_m);
+                assert!(is_explained, "frame {t}, vertex {v}: {error_m} m, {spread_m} m");
+            }
         }
+        assert!(errors_m.iter().all(|error_m| error_m.is_finite()), "frame {t}");
         let error = state_error(cpu.state(), &gpu.state().unwrap());
         assert!(error < TOLERANCE, "frame {t}: {error} m");
     }
+    let share = undecided as f32 / (FRAMES * cpu.garment().positions.len()) as f32;
+    assert!(share <= MAX_UNDECIDED_SHARE, "{share}");
     Some((still, pushes))
 }
 
-/// Returns which vertices move far when the input moves by rounding errors.
-///
-/// Panics where more than a few do, for then the comparison says nothing.
-fn undecided(predicted: &[Vec3], shown: impl Fn(&mut [Vec3])) -> Vec<bool> {
-    let variants: Vec<Vec<Vec3>> = (0..ROUNDINGS)
-        .map(|k| {
-            // Directions that have nothing in common.
-            let direction = |v: usize| {
-                let angle = (977 * k + v) as f32;
-                Vec3::new(angle.sin(), (1.7 * angle).sin(), (2.3 * angle).sin())
-            };
-            let moved = predicted.iter().enumerate();
-            let mut moved: Vec<Vec3> = moved.map(|(v, p)| *p + direction(v) * ROUNDING_M).collect();
-            shown(&mut moved);
-            moved
-        })
-        .collect();
-    let is_undecided = |v: usize| {
-        let others = variants[1..].iter();
-        others
-            .map(|other| other[v].distance(variants[0][v]))
-            .any(|far_m| far_m > TOLERANCE)
-    };
-    let undecided: Vec<bool> = (0..predicted.len()).map(is_undecided).collect();
-    let count = undecided.iter().filter(|is| **is).count();
-    assert!(
-        10 * count < undecided.len(),
-        "{count} of {} vertices",
-        undecided.len()
-    );
-    undecided
+/// Returns how far each shown vertex moves when the input moves by rounding errors, metres.
+fn spread(predicted: &[Vec3], expected: &[Vec3], shown: impl Fn(&mut [Vec3])) -> Vec<f32> {
+    let mut spread_m = vec![0f32; predicted.len()];
+    for k in 0..ROUNDINGS {
+        let direction = |v: usize| {
+            let angle = (977 * k + v) as f32;
+            let direction = Vec3::new(angle.sin(), (1.7 * angle).sin(), (2.3 * angle).sin());
+            direction.normalize_or_zero()
+        };
+        let moved = predicted.iter().enumerate();
+        let mut moved: Vec<Vec3> = moved.map(|(v, p)| *p + direction(v) * ROUNDING_M).collect();
+        shown(&mut moved);
+        for ((spread_m, a), b) in spread_m.iter_mut().zip(&moved).zip(expected) {
+            *spread_m = spread_m.max(a.distance(*b));
+        }
+    }
+    spread_m
 }
 
 /// Uses eight storage buffers a kernel.

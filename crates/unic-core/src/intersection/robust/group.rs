@@ -264,7 +264,9 @@ impl Group<'_> {
                 let around = around.map(|(intruder, beneath)| Surroundings { intruder, beneath });
                 let step = around
                     .and_then(|around| self.rule.sinking_step(self.body, self.vertex, at[slot], around));
-                at[slot] += step.unwrap_or(Vec3::ZERO);
+                if let Some(step) = step {
+                    at[slot] += step;
+                }
                 step.is_some()
             });
             self.search(&sinking, at, &mut faces, None);
