@@ -30,8 +30,8 @@ const ROUNDINGS: usize = 16;
 /// Difference of positions that a device's arithmetic explains, metres.
 const ROUNDING_M: f32 = 2e-6;
 
-/// Largest share of vertices for which rounding errors may decide.
-const MAX_UNDECIDED_SHARE: f32 = 1e-3;
+/// Largest share of vertices that rounding errors may move far, those around them included.
+const MAX_UNDECIDED_SHARE: f32 = 5e-3;
 
 /// Numbers of pushes.
 #[derive(Default)]
