@@ -55,8 +55,9 @@ pub use sweep::{Edge, LEAST_LENGTH, Stencil};
 /// Sweeps of a start without a previous tick, for each sweep of a later tick.
 pub const START_ROUNDS: usize = 4;
 
-/// Rounds of relaxation after intersection handling. Each is [`RELAX_SWEEPS`] sweeps over the edges
-/// and one pass that moves vertices above their planes.
+/// Rounds of relaxation after intersection handling. Each is [`RELAX_SWEEPS`] sweeps over the edges,
+/// one over the hinges if the projection has any, and one pass that moves vertices above their
+/// planes.
 pub const RELAX_ROUNDS: usize = 3;
 
 /// Sweeps over the edges in each of the [`RELAX_ROUNDS`].
@@ -210,7 +211,8 @@ impl ContactPlane {
 /// Buffers of a projection.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ProjectionScratch {
-    /// Predicted positions relative to the tick's origin, metres.
+    /// Predicted positions relative to the tick's origin, or the positions before intersection
+    /// handling in world space, metres.
     predicted: Vec<Vec3A>,
     /// Projected positions relative to the tick's origin, metres.
     projected: Vec<Vec3A>,
@@ -360,22 +362,43 @@ impl StrainProjection {
         moved * (-tick.dt / self.config.pull_s).exp()
     }
 
+    /// Keeps the positions before corrections for [`StrainProjection::relax`], metres.
+    pub(crate) fn keep_uncorrected(positions: &[Vec3], scratch: &mut ProjectionScratch) {
+        scratch.predicted.clear();
+        scratch
+            .predicted
+            .extend(positions.iter().map(|p| Vec3A::from(*p)));
+    }
+
     /// Brings the edges of shown positions, metres, back towards their limits after corrections,
-    /// while each vertex stays above its plane.
+    /// while each vertex stays above its plane. Hinges smooth the whole move from the positions
+    /// before the corrections, or the cloth beside them would crumple.
     pub(crate) fn relax(
         &self,
         planes: &[ContactPlane],
         positions: &mut [Vec3],
         scratch: &mut ProjectionScratch,
     ) {
-        let relaxed = &mut scratch.projected;
+        let ProjectionScratch {
+            predicted: uncorrected,
+            projected: relaxed,
+            ..
+        } = scratch;
         relaxed.clear();
         relaxed.extend(positions.iter().map(|p| Vec3A::from(*p)));
         let colours = self.edges.len();
+        let edges = RELAX_SWEEPS * colours;
+        let stencils = match self.config.bending_sweeps {
+            0 => 0,
+            _ => self.stencils.len(),
+        };
+        let stage_at = |stage: usize| match stage.checked_sub(edges) {
+            Some(colour) => Stage::Bending(self.stencils.get(colour)),
+            None => Stage::Edges(self.edges.get(stage % colours)),
+        };
         for _ in 0..RELAX_ROUNDS {
-            let stage_at = |stage: usize| Stage::Edges(self.edges.get(stage % colours));
-            // SAFETY: the edges of a colour share no vertex, and their vertices exist.
-            unsafe { sweep::solve(RELAX_SWEEPS * colours, stage_at, &self.freedom, &[], relaxed) }
+            // SAFETY: the constraints of a colour share no vertex, and their vertices exist.
+            unsafe { sweep::solve(edges + stencils, stage_at, &self.freedom, uncorrected, relaxed) }
             for (p, plane) in relaxed.iter_mut().zip(planes) {
                 *p = plane.closest((*p).into()).into();
             }

@@ -144,8 +144,19 @@ impl Projection {
         self.for_vertices(&self.kernels.add_offsets, &bindings)
     }
 
+    /// Measures the bends of the shown positions before intersection handling, from which
+    /// [`Projection::relax`] smooths.
+    pub(crate) fn measure_uncorrected(&self, buffers: &Buffers) -> Result<Vec<Dispatch>, GpuError> {
+        let positions = &buffers.projected[0];
+        let load = [(9, &buffers.shown), (18, positions)];
+        let mut dispatches = vec![self.for_vertices(&self.kernels.load_shown, &load)?];
+        dispatches.extend(self.bending.measure_bends(positions, &buffers.bends)?);
+        Ok(dispatches)
+    }
+
     /// Brings the edges of shown positions back towards their limits after intersection handling,
-    /// while each vertex stays above its plane.
+    /// while each vertex stays above its plane. The buffer of bends has those of the positions before
+    /// the handling.
     pub(crate) fn relax(
         &self,
         buffers: &Buffers,
@@ -157,8 +168,10 @@ impl Projection {
         let load = [shown, (18, positions.now)];
         let mut dispatches = vec![self.for_vertices(&kernels.load_shown, &load)?];
         for _ in 0..RELAX_ROUNDS {
-            let sweeps = self.edges.run(&mut positions, &buffers.bends, RELAX_SWEEPS)?;
-            dispatches.extend(sweeps);
+            let bends = &buffers.bends;
+            let bending = usize::from(self.bending_sweeps > 0);
+            dispatches.extend(self.edges.run(&mut positions, bends, RELAX_SWEEPS - bending)?);
+            dispatches.extend(self.bending.run(&mut positions, bends, bending)?);
             let planes = [(18, positions.now), (22, contacts.planes)];
             dispatches.push(self.for_vertices(&kernels.stay_above, &planes)?);
         }

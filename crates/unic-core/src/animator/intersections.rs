@@ -7,6 +7,7 @@ use crate::{
     config::IntersectionMode,
     intersection::{GarmentHandling, Handling, Layers},
     model::Model,
+    projection::StrainProjection,
     transform::Rigid,
 };
 use glam::Vec3;
@@ -157,6 +158,9 @@ impl Animator {
                 handling, colliders, ..
             } = intersections;
             handling.set_closing_share(state.start.added_share());
+            if model.projection.is_some() {
+                StrainProjection::keep_uncorrected(&scratch.positions, &mut scratch.projection);
+            }
             handling.correct_for_display(&model.garment, colliders, &mut scratch.positions);
             // Corrections stretch the edges around them.
             if let Some(projection) = &model.projection

@@ -500,3 +500,57 @@ fn limits_on_the_same_mesh_are_those_of_the_garment_and_scale_with_a_finer_one()
         assert!((limit.longest / length - 1.0).abs() < 1e-4, "{limit:?} {length}");
     }
 }
+
+/// Shows a sheet whose middle vertex a correction has pushed up by `height`, metres.
+fn relaxed_after_a_push(mesh: &TriMesh, config: ProjectionConfig, height: f32) -> Vec<Vec3> {
+    let limits = limited_pairs(&config, mesh).into_iter().map(|_| StrainLimit {
+        shortest: 0.0,
+        longest: 1.0,
+    });
+    let projection = StrainProjection::new(config, mesh, None, limits.collect()).unwrap();
+    // Waves that the garment has before the push stay.
+    let before = waved(mesh, 1.0);
+    let middle = mesh.vertices.len() / 2;
+    let mut positions = before.clone();
+    positions[middle].z += height;
+    let mut planes = vec![ContactPlane::NONE; positions.len()];
+    planes[middle] = ContactPlane {
+        normal: Vec3::Z,
+        height: positions[middle].z,
+    };
+    let mut scratch = ProjectionScratch::default();
+    StrainProjection::keep_uncorrected(&before, &mut scratch);
+    projection.relax(&planes, &mut positions, &mut scratch);
+    positions.iter().zip(before).map(|(p, q)| *p - q).collect()
+}
+
+#[test]
+fn hinges_spread_a_push_and_edges_alone_do_not() {
+    let mesh = sheet(9);
+    let height = 4e-3;
+    let moves = relaxed_after_a_push(&mesh, config(), height);
+    let middle = moves.len() / 2;
+    assert!((moves[middle].z - height).abs() < 1e-6);
+    for neighbour in [middle - 1, middle + 1, middle - 9, middle + 9] {
+        assert!(
+            moves[neighbour].z > 0.2 * height && moves[neighbour].z < height,
+            "{}",
+            moves[neighbour]
+        );
+    }
+    let without = ProjectionConfig {
+        bending_sweeps: 0,
+        ..config()
+    };
+    for (vertex, by) in relaxed_after_a_push(&mesh, without, height).iter().enumerate() {
+        let expected = if vertex == middle {
+            height * Vec3::Z
+        } else {
+            Vec3::ZERO
+        };
+        assert!((*by - expected).length() < 1e-7, "{vertex}: {by}");
+    }
+    // Without a push nothing moves, whatever the waves.
+    let still = relaxed_after_a_push(&mesh, config(), 0.0);
+    assert!(still.iter().all(|by| by.length() < 1e-7));
+}

@@ -209,6 +209,9 @@ impl Recorder<'_> {
             program.stage("positions", vec![projection.add_offsets(buffers)?]);
         }
         if let (Some(_), Some(handling)) = (self.corrects_shown(), &self.handling) {
+            if let Some(projection) = self.projection() {
+                program.stage("intersections", projection.measure_uncorrected(buffers)?);
+            }
             self.correct(program);
             program.stage("intersections", handling.relax.clone());
         }

@@ -51,6 +51,7 @@ fn shown(model: &Model, handling: &Handling, skinned: &[Vec3], positions: &mut [
     };
     let push = |vertex: usize, p: Vec3| handling.correct(vertex, p, &mut { Handling::NO_SEED });
     let mut pushes = Pushes::default();
+    let uncorrected = positions.to_vec();
     for (vertex, p) in positions.iter_mut().enumerate() {
         let out = rule.correct_shown(body, vertex, *p, skinned[vertex], &mut { Handling::NO_SEED });
         pushes.moved += usize::from(out.is_some());
@@ -74,6 +75,19 @@ fn shown(model: &Model, handling: &Handling, skinned: &[Vec3], positions: &mut [
             let shares = Edge::shares(edge.ends.map(|end| projection.freedom().of(end)));
             relaxed[a] += correction * shares[0];
             relaxed[b] -= correction * shares[1];
+        }
+        for stencil in projection.stencil_colours().flatten() {
+            let corners = || {
+                stencil
+                    .vertices
+                    .iter()
+                    .map(|&v| v as usize)
+                    .zip(stencil.coefficients())
+            };
+            let sum: Vec3 = corners().map(|(v, k)| (relaxed[v] - uncorrected[v]) * k).sum();
+            for (v, k) in corners() {
+                relaxed[v] -= sum * (stencil.scale() * k * projection.freedom().of(v as u32));
+            }
         }
         for (p, plane) in relaxed.iter_mut().zip(&planes) {
             if let Some((normal, height)) = plane {
