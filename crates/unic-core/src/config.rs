@@ -39,9 +39,11 @@ pub struct ProjectionConfig {
     pub coarse_sweeps: usize,
     /// Gauss-Seidel sweeps over all edges in a tick.
     pub sweeps: usize,
-    /// Number of these sweeps that are followed by one over all hinges.
+    /// Number of these sweeps that are followed by one over all hinges. Unless it is 0, hinges smooth
+    /// what intersection handling has moved, too.
     pub bending_sweeps: usize,
-    /// Share of an offset's bending that a sweep removes, 0 to 1.
+    /// Share of the bending of an offset, or of a move by intersection handling, that a sweep over the
+    /// hinges removes, 0 to 1.
     pub bending: f32,
     /// Time constant of an offset's return to the prediction, seconds.
     pub pull_s: f32,
@@ -69,6 +71,11 @@ impl Default for ProjectionConfig {
 impl ProjectionConfig {
     /// Largest number of sweeps. Without a limit a damaged file could stop an animator.
     pub const MOST_SWEEPS: usize = 1000;
+
+    /// Number of sweeps over all hinges in a tick.
+    pub fn hinge_sweeps(&self) -> usize {
+        self.bending_sweeps.min(self.sweeps)
+    }
 
     /// Checks all values.
     ///

@@ -55,9 +55,9 @@ pub use sweep::{Edge, LEAST_LENGTH, Stencil};
 /// Sweeps of a start without a previous tick, for each sweep of a later tick.
 pub const START_ROUNDS: usize = 4;
 
-/// Rounds of relaxation after intersection handling. Each is [`RELAX_SWEEPS`] sweeps over the edges,
-/// one over the hinges if the projection has any, and one pass that moves vertices above their
-/// planes.
+/// Rounds of relaxation after intersection handling. Each round has [`RELAX_SWEEPS`] sweeps over the
+/// edges. One sweep over hinges and free edges follows, unless the projection has none. Then vertices
+/// move above their planes.
 pub const RELAX_ROUNDS: usize = 3;
 
 /// Sweeps over the edges in each of the [`RELAX_ROUNDS`].
@@ -211,12 +211,22 @@ impl ContactPlane {
 /// Buffers of a projection.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ProjectionScratch {
-    /// Predicted positions relative to the tick's origin, or the positions before intersection
-    /// handling in world space, metres.
-    predicted: Vec<Vec3A>,
+    /// Positions from which hinges smooth the moves, metres: the predicted ones relative to the tick's
+    /// origin, then the shown ones before intersection handling, in world space.
+    smoothed_from: Vec<Vec3A>,
     /// Projected positions relative to the tick's origin, metres.
     projected: Vec<Vec3A>,
     levels: LevelScratch,
+}
+
+impl ProjectionScratch {
+    /// Keeps the shown positions before intersection handling, metres, for
+    /// [`StrainProjection::relax`].
+    pub(crate) fn keep_uncorrected(&mut self, positions: &[Vec3]) {
+        self.smoothed_from.clear();
+        self.smoothed_from
+            .extend(positions.iter().map(|p| Vec3A::from(*p)));
+    }
 }
 
 impl StrainProjection {
@@ -312,7 +322,7 @@ impl StrainProjection {
         scratch: &mut ProjectionScratch,
     ) {
         let ProjectionScratch {
-            predicted: relative,
+            smoothed_from: relative,
             projected,
             levels,
         } = scratch;
@@ -362,17 +372,12 @@ impl StrainProjection {
         moved * (-tick.dt / self.config.pull_s).exp()
     }
 
-    /// Keeps the positions before corrections for [`StrainProjection::relax`], metres.
-    pub(crate) fn keep_uncorrected(positions: &[Vec3], scratch: &mut ProjectionScratch) {
-        scratch.predicted.clear();
-        scratch
-            .predicted
-            .extend(positions.iter().map(|p| Vec3A::from(*p)));
-    }
-
-    /// Brings the edges of shown positions, metres, back towards their limits after corrections,
-    /// while each vertex stays above its plane. Hinges smooth the whole move from the positions
-    /// before the corrections, or the cloth beside them would crumple.
+    /// Brings the edges of shown positions, metres, back towards their limits after intersection
+    /// handling, while each vertex stays above its plane.
+    ///
+    /// A sweep over the hinges ends each round before the planes. It smooths the moves from the
+    /// positions that [`ProjectionScratch::keep_uncorrected`] has kept in this tick. Without it the
+    /// cloth beside a push crumples.
     pub(crate) fn relax(
         &self,
         planes: &[ContactPlane],
@@ -380,7 +385,7 @@ impl StrainProjection {
         scratch: &mut ProjectionScratch,
     ) {
         let ProjectionScratch {
-            predicted: uncorrected,
+            smoothed_from: uncorrected,
             projected: relaxed,
             ..
         } = scratch;
@@ -388,7 +393,7 @@ impl StrainProjection {
         relaxed.extend(positions.iter().map(|p| Vec3A::from(*p)));
         let colours = self.edges.len();
         let edges = RELAX_SWEEPS * colours;
-        let stencils = match self.config.bending_sweeps {
+        let stencils = match self.config.hinge_sweeps() {
             0 => 0,
             _ => self.stencils.len(),
         };
@@ -421,17 +426,13 @@ impl StrainProjection {
             Memory::None => START_ROUNDS,
             Memory::Previous => 1,
         };
-        let ProjectionConfig {
-            sweeps,
-            bending_sweeps,
-            ..
-        } = self.config;
+        let (sweeps, hinge_sweeps) = (self.config.sweeps, self.config.hinge_sweeps());
         if let Some(levels) = &self.levels {
             levels.solve(rounds, &self.freedom, scratch, projected);
         }
         let (edges, stencils) = (self.edges.len(), self.stencils.len());
         // Sweeps with bending come first.
-        let bending = rounds * bending_sweeps.min(sweeps) * (edges + stencils);
+        let bending = rounds * hinge_sweeps * (edges + stencils);
         let stage_at = |stage: usize| match stage.checked_sub(bending) {
             Some(after) => Stage::Edges(self.edges.get(after % edges)),
             None => match (stage % (edges + stencils)).checked_sub(edges) {
@@ -439,7 +440,7 @@ impl StrainProjection {
                 None => Stage::Edges(self.edges.get(stage % (edges + stencils))),
             },
         };
-        let rest = rounds * sweeps.saturating_sub(bending_sweeps) * edges;
+        let rest = rounds * (sweeps - hinge_sweeps) * edges;
         // SAFETY: the constraints of a colour share no vertex, and their vertices exist.
         unsafe { sweep::solve(bending + rest, stage_at, &self.freedom, predicted, projected) }
     }

@@ -41,8 +41,8 @@ pub(crate) struct Handling {
     pub(crate) pose: Vec<Dispatch>,
     /// Dispatch that moves vertices out of the body.
     pub(crate) correct: Dispatch,
-    /// Dispatches that give shown positions their edge lengths back after that. Empty without a
-    /// strain projection.
+    /// Dispatches that give shown positions their edge lengths back and smooth their moves after that.
+    /// Empty without a strain projection.
     pub(crate) relax: Vec<Dispatch>,
 }
 

@@ -67,7 +67,8 @@
 //! and solves all constraints, colour by colour, on which the patch depends. So constraints near the
 //! border of a patch are solved by several workgroups, and positions are those of the CPU's order.
 //! Models without a projection have no such stage. After the robust handling of intersections the
-//! stage `intersections` also brings edges back towards their limits, and pushes a second time.
+//! stage `intersections` also brings edges back towards their limits, smooths the pushes, and pushes a
+//! second time.
 //!
 //! # Limits
 //!
@@ -77,8 +78,8 @@
 //!   vertices out of parts that may not push them, lift faces that the body pokes through, or
 //!   spread corrections over the garment. Where two body faces are equally near to a vertex,
 //!   rounding decides which of them pushes it.
-//! - After these pushes the [strain projection](unic_core::projection) relaxes edges in the CPU's
-//!   sweeps and planes. It starts from positions without the parts named above, so shown positions
+//! - After these pushes the [strain projection](unic_core::projection) relaxes edges and hinges in the
+//!   CPU's sweeps and planes. It starts from positions without the parts named above, so shown positions
 //!   near the body differ from the CPU's. States and offsets differ where vertices sink on the CPU
 //!   and the handling corrects the state.
 //! - Matrix units ([`Precision::F16Matrix`]) are used only on request, by

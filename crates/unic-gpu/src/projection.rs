@@ -27,7 +27,8 @@ use wgpu::Buffer;
 pub(crate) struct Projection {
     vertices: usize,
     sweeps: usize,
-    bending_sweeps: usize,
+    /// Number of these that are followed by one over the bending stencils.
+    hinge_sweeps: usize,
     /// First vertex at the place of each vertex.
     firsts: Buffer,
     /// Sweep over the edges and the bending stencils.
@@ -91,7 +92,7 @@ impl Projection {
         Self {
             vertices: model.vertex_count(),
             sweeps: config.sweeps,
-            bending_sweeps: config.bending_sweeps,
+            hinge_sweeps: config.hinge_sweeps(),
             firsts: context.upload("firsts", projection.first_at_place()),
             bending: sweep(projection.stencil_colours().collect()),
             edges: sweep(Vec::new()),
@@ -147,6 +148,9 @@ impl Projection {
     /// Measures the bends of the shown positions before intersection handling, from which
     /// [`Projection::relax`] smooths.
     pub(crate) fn measure_uncorrected(&self, buffers: &Buffers) -> Result<Vec<Dispatch>, GpuError> {
+        if self.hinge_sweeps == 0 {
+            return Ok(Vec::new());
+        }
         let positions = &buffers.projected[0];
         let load = [(9, &buffers.shown), (18, positions)];
         let mut dispatches = vec![self.for_vertices(&self.kernels.load_shown, &load)?];
@@ -155,8 +159,8 @@ impl Projection {
     }
 
     /// Brings the edges of shown positions back towards their limits after intersection handling,
-    /// while each vertex stays above its plane. The buffer of bends has those of the positions before
-    /// the handling.
+    /// while each vertex stays above its plane. `Buffers::bends` must hold the sums at the positions
+    /// before the handling, see [`Projection::measure_uncorrected`].
     pub(crate) fn relax(
         &self,
         buffers: &Buffers,
@@ -169,7 +173,8 @@ impl Projection {
         let mut dispatches = vec![self.for_vertices(&kernels.load_shown, &load)?];
         for _ in 0..RELAX_ROUNDS {
             let bends = &buffers.bends;
-            let bending = usize::from(self.bending_sweeps > 0);
+            // The last sweep over the edges and the one over the stencils are one dispatch or a few.
+            let bending = self.hinge_sweeps.min(1);
             dispatches.extend(self.edges.run(&mut positions, bends, RELAX_SWEEPS - bending)?);
             dispatches.extend(self.bending.run(&mut positions, bends, bending)?);
             let planes = [(18, positions.now), (22, contacts.planes)];
@@ -192,7 +197,7 @@ impl Projection {
             ProjectionTick::Start => START_ROUNDS,
             ProjectionTick::Next => 1,
         };
-        let bending = self.bending_sweeps.min(self.sweeps);
+        let bending = self.hinge_sweeps;
         let bends = &buffers.bends;
         let mut dispatches = match &self.levels {
             Some(levels) => levels.solve(buffers, positions, rounds)?,

@@ -158,11 +158,12 @@ impl Animator {
                 handling, colliders, ..
             } = intersections;
             handling.set_closing_share(state.start.added_share());
-            if model.projection.is_some() {
-                StrainProjection::keep_uncorrected(&scratch.positions, &mut scratch.projection);
+            let hinges = |projection: &StrainProjection| projection.config().hinge_sweeps() > 0;
+            if model.projection.as_ref().is_some_and(hinges) {
+                scratch.projection.keep_uncorrected(&scratch.positions);
             }
             handling.correct_for_display(&model.garment, colliders, &mut scratch.positions);
-            // Corrections stretch the edges around them.
+            // Corrections stretch the edges around them, and crumple the cloth.
             if let Some(projection) = &model.projection
                 && handling.contact_planes(&scratch.positions, &mut scratch.planes)
             {

@@ -139,16 +139,17 @@ impl Stencil {
         self.scale
     }
 
-    /// Reduces the bending of the offset from the predicted positions.
+    /// Reduces the bending of the moves from reference positions: the predicted ones, or the shown
+    /// ones before intersection handling.
     ///
     /// # Safety
     /// The vertices must exist, and no other thread may access them during the call.
-    unsafe fn smooth(&self, freedom: impl Fn(u32) -> f32, predicted: &[Vec3A], positions: &SharedPositions) {
+    unsafe fn smooth(&self, freedom: impl Fn(u32) -> f32, reference: &[Vec3A], positions: &SharedPositions) {
         let coefficients = self.coefficients();
         let mut sum = Vec3A::ZERO;
         for (&vertex, k) in self.vertices.iter().zip(coefficients) {
             // SAFETY: the caller's.
-            sum += (unsafe { positions.get(vertex) } - predicted[vertex as usize]) * k;
+            sum += (unsafe { positions.get(vertex) } - reference[vertex as usize]) * k;
         }
         let pull = sum * -self.scale;
         for (&vertex, k) in self.vertices.iter().zip(coefficients) {
@@ -182,7 +183,7 @@ impl Stage<'_> {
         &self,
         part: usize,
         freedom: impl Fn(u32) -> f32,
-        predicted: &[Vec3A],
+        reference: &[Vec3A],
         positions: &SharedPositions,
     ) {
         match self {
@@ -195,7 +196,7 @@ impl Stage<'_> {
             Stage::Bending(stencils) => {
                 for stencil in of_part(stencils, part) {
                     // SAFETY: the caller's.
-                    unsafe { stencil.smooth(&freedom, predicted, positions) }
+                    unsafe { stencil.smooth(&freedom, reference, positions) }
                 }
             }
         }
@@ -215,7 +216,7 @@ pub(super) unsafe fn solve<'a>(
     stages: usize,
     stage_at: impl Fn(usize) -> Stage<'a> + Sync,
     freedom: &Freedom,
-    predicted: &[Vec3A],
+    reference: &[Vec3A],
     positions: &mut [Vec3A],
 ) {
     let positions = SharedPositions::new(positions);
@@ -225,11 +226,11 @@ pub(super) unsafe fn solve<'a>(
             let freedom = |vertex: u32| shares[vertex as usize];
             // SAFETY: the caller's. Stages do not overlap in time, and the parts of a stage share no
             // vertex.
-            unsafe { stage_at(stage).solve(part, freedom, predicted, &positions) }
+            unsafe { stage_at(stage).solve(part, freedom, reference, &positions) }
         }),
         None => for_each_stage(stages, parts_of, |stage, part| {
             // SAFETY: as above.
-            unsafe { stage_at(stage).solve(part, |_| 1.0, predicted, &positions) }
+            unsafe { stage_at(stage).solve(part, |_| 1.0, reference, &positions) }
         }),
     }
 }

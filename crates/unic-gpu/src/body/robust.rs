@@ -116,8 +116,8 @@ impl RobustRule {
         self.push(kernel, buffers, scratch)
     }
 
-    /// Makes the dispatches that bring edges back towards their limits after the pushes, and push
-    /// once more.
+    /// Makes the dispatches that bring edges back towards their limits after the pushes, smooth the
+    /// pushes, and push once more.
     pub(super) fn relax(
         &self,
         context: &GpuContext,

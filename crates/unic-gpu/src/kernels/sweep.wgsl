@@ -33,7 +33,8 @@ struct Stencil {
 // Length below which an edge has no direction, metres.
 override LEAST_LENGTH: f32;
 
-// Positions before the pass: in `measure_bends` the predicted ones.
+// Positions before the pass: in `measure_bends` the reference positions, from which stencils smooth.
+// They are the predicted ones, or the shown ones before intersection handling.
 @group(0) @binding(0) var<storage, read> before: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read_write> after: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> groups: array<Group>;
@@ -41,7 +42,7 @@ override LEAST_LENGTH: f32;
 @group(0) @binding(4) var<storage, read> ends: array<u32>;
 @group(0) @binding(5) var<storage, read> edges: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read> stencils: array<Stencil>;
-// Sum of each stencil at the predicted positions.
+// Sum of each stencil at the reference positions.
 @group(0) @binding(7) var<storage, read_write> bends: array<vec4<f32>>;
 
 // Positions of the workgroup's vertices. One array for each coordinate: a vec3 would take 16 bytes.
@@ -116,8 +117,8 @@ fn corners(v: vec4<u32>) -> mat4x3<f32> {
     return mat4x3<f32>(position(v.x), position(v.y), position(v.z), position(v.w));
 }
 
-// Reduces the bending of the offsets at a stencil, given its sum at the predicted positions.
-fn smooth_offsets(stencil: Stencil, bend: vec3<f32>) {
+// Reduces the bending of the moves at a stencil, given its sum at the reference positions.
+fn smooth_moves(stencil: Stencil, bend: vec3<f32>) {
     let v = places(stencil);
     let k = coefficients(stencil);
     let p = corners(v);
@@ -147,7 +148,7 @@ fn sweep(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) 
         for (var stage = 0u; stage < group.stencil_stages; stage++) {
             let end = stencil_ends[stage + 1u];
             for (var i = stencil_ends[stage] + lane; i < end; i += LANES) {
-                smooth_offsets(stencils[i], bends[i].xyz);
+                smooth_moves(stencils[i], bends[i].xyz);
             }
             workgroupBarrier();
         }
@@ -157,7 +158,7 @@ fn sweep(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) 
     }
 }
 
-// Computes the sums of the stencils of a pass at the predicted positions.
+// Computes the sums of the stencils of a pass at the reference positions.
 @compute @workgroup_size(LANES)
 fn measure_bends(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let group = groups[id.x];

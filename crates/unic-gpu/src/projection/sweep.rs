@@ -115,10 +115,11 @@ impl Sweep {
         self.bends
     }
 
-    /// Makes the dispatches that compute the sums of all stencils at predicted positions.
+    /// Makes the dispatches that compute the sums of all stencils at the positions from which they
+    /// smooth.
     pub(crate) fn measure_bends(
         &self,
-        predicted: &Buffer,
+        reference: &Buffer,
         bends: &Buffer,
     ) -> Result<Vec<Dispatch>, GpuError> {
         let Some(kernel) = &self.kernels.measure_bends else {
@@ -126,7 +127,7 @@ impl Sweep {
         };
         let dispatch = |pass: &PassGroups| {
             let bindings = [
-                (0, predicted),
+                (0, reference),
                 (2, &pass.buffer),
                 (3, &self.vertices),
                 (4, &self.ends),
@@ -145,6 +146,9 @@ impl Sweep {
         bends: &Buffer,
         times: usize,
     ) -> Result<Vec<Dispatch>, GpuError> {
+        if times == 0 {
+            return Ok(Vec::new());
+        }
         // A workgroup that owns all vertices needs no dispatch to see the moves of others.
         if let [pass] = &self.passes[..]
             && let [group] = pass.groups[..]

@@ -17,9 +17,10 @@ pub struct ProjectionSettings {
     pub coarse_sweeps: usize,
     /// Gauss-Seidel sweeps over all edges in a tick.
     pub sweeps: usize,
-    /// Number of these sweeps that are followed by one over all hinges.
+    /// Number of these sweeps that are followed by one over all hinges. Unless it is 0, hinges smooth
+    /// what intersection handling has moved, too.
     pub bending_sweeps: usize,
-    /// Shares of an offset's bending that a sweep may remove, 0 to 1. The one with which held-out
+    /// Shares of the bending that a sweep over the hinges may remove, 0 to 1. The one with which held-out
     /// motion bends as much as the truth is taken; the first one where nothing is held out.
     pub bending: Vec<f32>,
     /// Time constant of an offset's return to the prediction, seconds.
