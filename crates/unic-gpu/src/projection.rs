@@ -173,7 +173,7 @@ impl Projection {
         let mut dispatches = vec![self.for_vertices(&kernels.load_shown, &load)?];
         for _ in 0..RELAX_ROUNDS {
             let bends = &buffers.bends;
-            // The last sweep over the edges and the one over the stencils are one dispatch or a few.
+            // `bending` sweeps over the edges too, so that its run is the last of a round.
             let bending = self.hinge_sweeps.min(1);
             dispatches.extend(self.edges.run(&mut positions, bends, RELAX_SWEEPS - bending)?);
             dispatches.extend(self.bending.run(&mut positions, bends, bending)?);

@@ -97,7 +97,7 @@ fn add_offsets(@builtin(global_invocation_id) id: vec3<u32>) {
     show(i, shown_position(i) + rotated(points[i].rotation, offset));
 }
 
-// Copies the shown positions, which sweeps then move.
+// Copies the shown positions. Sweeps then move them, or measure the bends there.
 @compute @workgroup_size(64)
 fn load_shown(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
