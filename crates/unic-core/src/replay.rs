@@ -98,6 +98,14 @@ impl Replay {
         Self { keys, library }
     }
 
+    /// The replay with all residuals multiplied by a factor.
+    ///
+    /// # Errors
+    /// A factor that is negative or makes a residual that is not finite.
+    pub fn scaled(self, factor: f32) -> Result<Self, ReplayError> {
+        Ok(Self::new(self.keys, self.library.scaled(factor)?))
+    }
+
     /// Map from motion to keys.
     pub fn keys(&self) -> &KeyMap {
         &self.keys

@@ -80,7 +80,10 @@ pub use evaluate::{Protocol, evaluate, evaluate_by};
 pub use event::{Event, Observer};
 pub use handled::{HandledPredictor, IntersectionHandler};
 pub use kinematics::{ClipKinematics, PreparedClip};
-pub use life::{BandMetrics, BendingRatio, ControlError, ControlPredictor, JudgeReport, WrinkleFilter};
+pub use life::{
+    BandMetrics, BendingRatio, ControlError, ControlPredictor, JudgeReport, Liveliness, LivingMeasure,
+    WrinkleFilter,
+};
 pub use measure::{FrameContext, MeasureScratch, Nearest, Prediction};
 pub use metrics::{ClipMetrics, FrameSums, Metrics, PooledMetrics};
 pub use model::{FrameRateError, ModelPredictor, PriorPredictor};

@@ -15,6 +15,7 @@ mod control;
 mod frame;
 mod histogram;
 mod judge;
+mod living;
 mod logistic;
 mod record;
 mod smoothing;
@@ -30,6 +31,7 @@ pub use bending::BendingRatio;
 pub use control::{ControlError, ControlPredictor};
 pub use judge::JudgeReport;
 pub(crate) use judge::{ClipWindows, judge};
+pub use living::{Liveliness, LivingMeasure};
 pub(crate) use sums::LifeSums;
 pub use wrinkle_filter::WrinkleFilter;
 

@@ -5,6 +5,7 @@ mod field_training;
 mod measurement;
 mod pace;
 mod resume;
+mod shown;
 #[cfg(test)]
 mod tests;
 

@@ -3,13 +3,14 @@
 use crate::{error::TrainError, event::Control, fit::Fit};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
+use std::{iter::zip, sync::Arc};
 use unic_core::{
     animator::{Animator, Start, StepInput},
     config::IntersectionMode,
-    model::Model,
+    model::{Model, ModelError},
+    prior::Prior,
 };
-use unic_eval::{BendingRatio, PreparedClip};
+use unic_eval::{BendingRatio, Liveliness, LivingMeasure, PreparedClip};
 
 /// Relation of validation clips to the fit that is measured on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -51,6 +52,9 @@ pub struct Validation {
     /// the garment bends about as much as the truth, on the starts of these clips and of some that the
     /// fit has trained on, each with the prior of the other motions. None without a projection.
     pub bending: Option<f32>,
+    /// Factor of the replayed wrinkles with which wrinkles come and go about as much as the truth's,
+    /// on the same starts. None without a replay.
+    pub replay_factor: Option<f32>,
 }
 
 /// Values of a model that a validation chooses.
@@ -60,6 +64,8 @@ pub(crate) struct Chosen {
     pub(crate) field_share: f32,
     /// Bending of the strain projection; none for that of the settings.
     pub(crate) bending: Option<f32>,
+    /// Factor of the replayed wrinkles; none for 1.
+    pub(crate) replay_factor: Option<f32>,
 }
 
 impl Chosen {
@@ -67,7 +73,20 @@ impl Chosen {
     pub(crate) const SETTINGS: Self = Self {
         field_share: 1.0,
         bending: None,
+        replay_factor: None,
     };
+}
+
+impl Chosen {
+    /// Multiplies the wrinkles that a prior replays by the factor.
+    pub(crate) fn scale_replay(&self, prior: &mut Prior) -> Result<(), TrainError> {
+        if let Some(factor) = self.replay_factor
+            && let Some(replay) = prior.replay.take()
+        {
+            prior.replay = Some(replay.scaled(factor).map_err(ModelError::from)?);
+        }
+        Ok(())
+    }
 }
 
 impl From<&Validation> for Chosen {
@@ -75,6 +94,7 @@ impl From<&Validation> for Chosen {
         Self {
             field_share: validation.field_share,
             bending: validation.bending,
+            replay_factor: validation.replay_factor,
         }
     }
 }
@@ -188,6 +208,67 @@ pub(crate) fn add_free_running_bending(
             bending.add(predicted, truth);
         }
     })
+}
+
+/// Life and error of models in free running in the first [`BENDING_S`] seconds of several clips.
+/// Intersections are not handled.
+#[derive(Default)]
+pub(crate) struct FreeLife {
+    /// Wrinkles in each clip.
+    pub(crate) clips: Vec<Liveliness>,
+    error: MeanSquare,
+}
+
+impl FreeLife {
+    /// Animates a model on the next clip.
+    pub(crate) fn add(
+        &mut self,
+        measure: &LivingMeasure,
+        model: &Arc<Model>,
+        clip: &PreparedClip,
+        proceed: &mut Proceed,
+    ) -> Result<(), TrainError> {
+        let (most, every) = living_frames(model.config().fps);
+        let (clips, off) = (std::slice::from_ref(clip), IntersectionMode::Off);
+        let mut shown: Vec<(usize, Vec<Vec3>)> = Vec::new();
+        run_freely(model, clips, most, off, proceed, &mut |t, predicted, truth| {
+            self.error.add(predicted, truth);
+            if t.is_multiple_of(every) {
+                shown.push((t, predicted.to_vec()));
+            }
+        })?;
+        let shown: Vec<_> = shown.iter().map(|(t, positions)| (*t, &positions[..])).collect();
+        self.clips.push(measure.liveliness(clip, &shown));
+        Ok(())
+    }
+
+    /// Logarithm of the living ratio, averaged over the clips so that neither a calm motion nor a
+    /// lively one decides alone. None where no truth is alive.
+    pub(crate) fn excess(&self, truth: &[Liveliness]) -> Option<f64> {
+        let ratios = zip(&self.clips, truth).filter_map(|(clip, truth)| clip.ratio(truth));
+        let logarithms: Vec<f64> = ratios.map(f64::ln).collect();
+        let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
+        (!logarithms.is_empty()).then_some(mean)
+    }
+
+    /// RMSE, metres.
+    pub(crate) fn rmse(&self) -> f64 {
+        self.error.root()
+    }
+}
+
+/// Liveliness of the truth in the frames in which [`FreeLife`] measures a model.
+pub(crate) fn true_liveliness(measure: &LivingMeasure, clip: &PreparedClip) -> Liveliness {
+    let (most, every) = living_frames(clip.captured.clip.fps);
+    let frames = (1..clip.len().min(most)).filter(|t| t.is_multiple_of(every));
+    let frames: Vec<_> = frames.map(|t| (t, clip.captured.garment.frame(t))).collect();
+    measure.liveliness(clip, &frames)
+}
+
+/// Number of frames of a clip in which life is judged, and the interval of those that are measured:
+/// about three in a second, which wrinkles hardly outrun.
+fn living_frames(fps: f32) -> (usize, usize) {
+    ((BENDING_S * fps) as usize, (fps / 3.0).round().max(1.0) as usize)
 }
 
 /// Receiver of the index, the predicted and the true positions of a frame.

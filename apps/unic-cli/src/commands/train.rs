@@ -287,9 +287,11 @@ impl Run {
         };
         if let Some(validation) = &validation {
             let bending = validation.bending;
-            let bending = bending.map_or_else(String::new, |b| format!(" and bending {b} of the projection"));
+            let bending = bending.map_or_else(String::new, |b| format!(", bending {b} of the projection"));
+            let replay = validation.replay_factor;
+            let replay = replay.map_or_else(String::new, |f| format!(", {f} times the replay"));
             self.folder.log(&format!(
-                "{}: {:.2} mm on {} with {} % of the field{bending} after {:.0} s",
+                "{}: {:.2} mm on {} with {} % of the field{bending}{replay} after {:.0} s",
                 validation.fit.name(),
                 validation.rmse_mm,
                 validation.clips.join(", "),

@@ -108,6 +108,15 @@ impl Library {
         Ok(library)
     }
 
+    /// The library with all residuals multiplied by a factor.
+    ///
+    /// # Errors
+    /// A factor that is negative or makes a residual that is not finite.
+    pub fn scaled(self, factor: f32) -> Result<Self, ReplayError> {
+        let scales = self.scales.iter().map(|scale| factor * scale).collect();
+        Self::new(self.clips, self.keys, self.residuals, scales)
+    }
+
     /// Number of frames.
     pub fn len(&self) -> usize {
         self.keys.len()

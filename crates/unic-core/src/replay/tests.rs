@@ -113,6 +113,26 @@ fn residuals_are_those_of_the_last_coefficients() {
 }
 
 #[test]
+fn a_scaled_replay_plays_the_same_frames_larger() {
+    let play = |replay: &Replay| {
+        let (mut state, mut scratch) = (replay.start(), ReplayScratch::default());
+        replay.begin(&pair(1, 1), DT, &mut state);
+        // Beyond a switch, which leaves an offset.
+        for t in 1..2 * FRAMES {
+            replay.advance(&pair(t / FRAMES, t), DT, &mut state, &mut scratch);
+        }
+        (state.stretch, residual(replay, &state))
+    };
+    let (stretch, expected) = play(&replay());
+    let (found, scaled) = play(&replay().scaled(2.0).unwrap());
+    assert_eq!(found, stretch);
+    assert_eq!(scaled, expected.map(|x| 2.0 * x));
+    for factor in [-1.0, f32::NAN, f32::INFINITY] {
+        assert!(replay().scaled(factor).is_err(), "{factor}");
+    }
+}
+
+#[test]
 fn a_still_body_has_a_still_residual() {
     let replay = replay();
     let mut vectors: Vec<_> = (0..60).map(|t| motion(0, t as f32)).collect();

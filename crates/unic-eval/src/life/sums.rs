@@ -10,7 +10,7 @@ use crate::metrics::{Metrics, ratio};
 
 /// Standard deviation or amplitude of a signal that counts as none, metres: rounding of f32
 /// positions a few metres from the origin.
-const LEAST_AMPLITUDE: f64 = 1e-6;
+pub(super) const LEAST_AMPLITUDE: f64 = 1e-6;
 
 /// RMS bending that counts as none, radians: rounding of f32 positions at edges of millimetres.
 pub(super) const LEAST_BENDING: f64 = 1e-4;

@@ -431,3 +431,33 @@ fn the_judge_sees_amplitudes_but_no_other_history() {
     assert!(scaled.judge_accuracy_percent.unwrap() > 95.0, "{scaled:?}");
     assert_eq!(scaled.judge_ridge_percent, Some(100.0));
 }
+
+#[test]
+fn the_living_ratio_of_a_training_is_that_of_the_metrics() {
+    let cylinder = Cylinder::new(0.08, 0.4, 41);
+    let swing = |t: usize| 0.002 * (0.4 * t as f32).sin();
+    let truth = cylinder.shapes(90, swing);
+    let measure = LivingMeasure::new(&cylinder.garment).unwrap();
+    let clip = prepared(vec![standing(0); truth.len()], &truth);
+    let of = |shapes: &[Vec<Vec3>]| {
+        let measured = (0..shapes.len()).step_by(3);
+        let frames: Vec<_> = measured.map(|t| (t, &shapes[t][..])).collect();
+        measure.liveliness(&clip, &frames)
+    };
+    let found = |shapes: &[Vec<Vec3>]| of(shapes).ratio(&of(&truth));
+    for factor in [0.5, 1.0, 2.0] {
+        // What does not move is no life.
+        let predicted = cylinder.shapes(90, |t| 0.001 + factor * swing(t));
+        let ratio = found(&predicted).unwrap();
+        assert!(
+            (ratio / f64::from(factor) - 1.0).abs() < 0.02,
+            "{ratio}, {factor}"
+        );
+        let metrics = cylinder.life(&truth, &predicted, standing).metrics();
+        let bands = metrics.bands[1..4].iter().map(|band| band.living_ratio.ln());
+        let expected = (bands.sum::<f64>() / 3.0).exp();
+        assert!((ratio / expected - 1.0).abs() < 0.01, "{ratio}, {expected}");
+    }
+    let still = cylinder.shapes(90, |_| 0.002);
+    assert_eq!(of(&truth).ratio(&of(&still)), None);
+}

@@ -95,7 +95,7 @@ impl Default for ReplaySettings {
             at_inference: false,
             shapes: default_shapes(),
             deviation: 0.9,
-            cost: 0.06,
+            cost: 0.03,
         }
     }
 }

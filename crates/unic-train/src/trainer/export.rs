@@ -4,18 +4,12 @@ use super::{Trainer, field_training::names, measurement::judged_frames};
 use crate::{
     error::TrainError,
     event::Control,
-    validation::{
-        Chosen, Proceed, Validation, ValidationMotion, add_free_running_bending, free_running_rmse_of,
-    },
+    validation::{Chosen, Validation, ValidationMotion, free_running_rmse_of},
 };
 use serde_json::json;
 use std::sync::Arc;
-use unic_core::{
-    Precision, PrecisionErrors,
-    config::IntersectionMode,
-    model::{Model, ModelParts},
-};
-use unic_eval::{BendingRatio, CodeCertainty};
+use unic_core::{Precision, PrecisionErrors, config::IntersectionMode, model::Model};
+use unic_eval::CodeCertainty;
 
 /// Duration at the start of a clip on which precisions are compared, seconds.
 const PRECISION_S: f32 = 10.0;
@@ -101,7 +95,9 @@ impl Trainer {
     ///
     /// Then the values of `projection.bending` are tried on the starts of these clips and of clips of
     /// other motions, each with the prior that has not seen it. The value is taken with which the
-    /// garment bends most nearly as much as the truth. Smaller values leave more wrinkles.
+    /// garment bends most nearly as much as the truth. Smaller values leave more wrinkles. On the same
+    /// starts the replay gets the factor with which wrinkles come and go as much as the truth's, at a
+    /// limited cost of accuracy.
     ///
     /// # Errors
     /// The errors of [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, called before each
@@ -131,8 +127,7 @@ impl Trainer {
             }
         }
         let field_share = best.map_or(shares[0], |(_, share)| share);
-        let bending = self.bending(&parameters, field_share, &mut proceed)?;
-        let chosen = Chosen { field_share, bending };
+        let chosen = self.shown(&parameters, field_share, &mut proceed)?;
         let model = Arc::new(self.model_of(&parameters, chosen)?);
         let intersection = model.config().intersection;
         let rmse = free_running_rmse_of(&model, clips, usize::MAX, intersection, &mut proceed)?;
@@ -142,67 +137,9 @@ impl Trainer {
             clips: names(clips),
             rmse_mm: 1e3 * rmse,
             field_share,
-            bending,
+            bending: chosen.bending,
+            replay_factor: chosen.replay_factor,
         }))
-    }
-
-    /// Chooses the bending of the strain projection, if the model has one.
-    fn bending(
-        &self,
-        parameters: &[Vec<f32>],
-        field_share: f32,
-        proceed: &mut Proceed,
-    ) -> Result<Option<f32>, TrainError> {
-        let mut least_first = self.bendings().to_vec();
-        least_first.sort_by(f32::total_cmp);
-        let mut best: Option<(f64, f32)> = None;
-        for bending in least_first {
-            let chosen = Chosen {
-                field_share,
-                bending: Some(bending),
-            };
-            let ratio = self.bending_ratio(self.model_of(parameters, chosen)?, proceed)?;
-            // Without a truth that bends, or with a prediction that does not, none is better.
-            let Some(error) = ratio.map(|ratio| ratio.ln()).filter(|error| error.is_finite()) else {
-                break;
-            };
-            if best.is_none_or(|(least, _)| error.abs() < least) {
-                best = Some((error.abs(), bending));
-            }
-            // Larger values bend the garment less still.
-            if error <= 0.0 {
-                break;
-            }
-        }
-        Ok(best
-            .map(|(_, bending)| bending)
-            .or(self.bendings().first().copied()))
-    }
-
-    /// Bending of a model by the truth's on the validation clips, and on clips of other motions with
-    /// priors that have not seen them.
-    fn bending_ratio(&self, model: Model, proceed: &mut Proceed) -> Result<Option<f64>, TrainError> {
-        let data = &self.field.data;
-        let parts = model.to_parts();
-        let mut bending = BendingRatio::new(&model.garment().rest);
-        add_free_running_bending(&mut bending, &Arc::new(model), &data.validation, proceed)?;
-        for judge in &data.judges {
-            // Clips that this fit does not train on show the motion of a validation clip.
-            let Some(clip) = data.clips.iter().find(|clip| clip.name() == judge.clip) else {
-                continue;
-            };
-            let model = Model::new(ModelParts {
-                prior: judge.prior.clone(),
-                ..parts.clone()
-            })?;
-            add_free_running_bending(
-                &mut bending,
-                &Arc::new(model),
-                std::slice::from_ref(clip),
-                proceed,
-            )?;
-        }
-        Ok(bending.ratio())
     }
 
     /// Shares that [`Trainer::validation`] tries, one at least. Without a prior, nothing can replace
@@ -213,16 +150,6 @@ impl Trainer {
             (Some(sizing), _) => vec![sizing.share],
             (None, true) => FIELD_SHARES.to_vec(),
             (None, false) => vec![1.0],
-        }
-    }
-
-    /// Values of `projection.bending` that [`Trainer::validation`] tries at most; none without a
-    /// projection.
-    pub(super) fn bendings(&self) -> &[f32] {
-        let settings = &self.config().projection;
-        match settings.at_inference {
-            true => &settings.bending,
-            false => &[],
         }
     }
 

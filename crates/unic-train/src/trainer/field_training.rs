@@ -190,6 +190,8 @@ impl FieldTraining {
         if let (Some(projection), Some(bending)) = (&mut config.projection, chosen.bending) {
             projection.bending = bending;
         }
+        let mut prior = self.data.prior.clone();
+        chosen.scale_replay(&mut prior)?;
         let Chosen { field_share, .. } = chosen;
         if let (StateConfig::Displacement(state), Some(last)) = (&mut config.state, field.last_mut()) {
             last.scale(field_share);
@@ -205,7 +207,7 @@ impl FieldTraining {
             config,
             character: capture.character.clone(),
             garment: capture.garment.clone(),
-            prior: self.data.prior.clone(),
+            prior,
             rest_box: self.data.rest_box,
             normalisation: self.data.normalisation.clone(),
             encoder,

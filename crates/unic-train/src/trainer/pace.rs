@@ -64,7 +64,7 @@ impl Trainer {
         let frames = (BENDING_S * data.config.fps) as usize;
         // Judges are about as long as the clips held out.
         let judged = 1.0 + data.judges.len() as f64 / data.validation.len().max(1) as f64;
-        let bending = judged * self.seconds_of_validating(&model, IntersectionMode::Off, frames)?;
+        let shown = judged * self.seconds_of_validating(&model, IntersectionMode::Off, frames)?;
         Ok(Pace {
             step,
             judging,
@@ -73,7 +73,7 @@ impl Trainer {
             validation: validation + judging,
             last_validation: validation
                 + judging * self.field_shares().len() as f64
-                + bending * self.bendings().len() as f64,
+                + shown * self.shown_trials() as f64,
         })
     }
 

@@ -1,5 +1,6 @@
 //! Contract: the bending of the strain projection is that with which the garment bends most like the
-//! truth over several motions, each predicted by a prior that has not seen it.
+//! truth over several motions, each predicted by a prior that has not seen it; they choose the factor
+//! of the replay, too.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -106,6 +107,30 @@ fn several_motions_choose_the_bending() {
     // One motion alone would choose another.
     let excesses = BENDINGS.map(|bending| [1, 4].map(|motions| excess(bending, motions)));
     assert!(nearest(1) != nearest(4), "{excesses:?}");
+}
+
+#[test]
+fn motions_left_out_choose_the_factor_of_the_replay() {
+    let mut config = settings();
+    config.replay.at_inference = true;
+    // Too much life at first.
+    config.replay.deviation = 1.5;
+    let takes: Vec<_> = (0..4)
+        .map(|i| (take(&format!("take{i}"), i, 60), Split::Train))
+        .collect();
+    let (_folder, capture) = capture(&Figure::tube(), &takes);
+    let data = FieldData::prepare(capture, &config, Fit::HeldOut).unwrap();
+    let mut trainer = Trainer::new(data, config).unwrap();
+    let scales = |model: &Model| model.prior().replay.as_ref().unwrap().library().scales().to_vec();
+    let before = scales(&trainer.model().unwrap());
+    let validation = trainer.validation(&|| Control::Continue).unwrap().unwrap();
+    let factor = validation.replay_factor.unwrap();
+    assert!((0.5..=4.0).contains(&factor) && factor != 1.0, "{factor}");
+    trainer.set_validation(validation);
+    let after = scales(&trainer.model().unwrap());
+    for (after, before) in after.iter().zip(before) {
+        assert_eq!(*after, factor * before);
+    }
 }
 
 #[test]
