@@ -49,7 +49,7 @@ pub struct FieldData {
     pub coefficients: Vec<Vec<Vec<f32>>>,
     /// Limits of edge lengths in the training clips, for the strain projection; empty without one.
     pub strain_limits: Vec<StrainLimit>,
-    /// Motions that judge the strain projection beside the validation clips.
+    /// Motions that judge strain projection and replay beside the validation clips.
     pub(crate) judges: Vec<Judge>,
     /// Bounding box of the rest shape.
     pub rest_box: RestBox,
@@ -68,7 +68,7 @@ pub(crate) struct Judge {
     pub(crate) prior: Prior,
 }
 
-/// Largest number of motions that judge the strain projection beside the validation clips. One clip
+/// Largest number of motions that judge strain projection and replay beside the validation clips. One clip
 /// alone judges badly: on a skirt it has chosen a bending that left a third too many wrinkles.
 const MOST_JUDGES: usize = 5;
 
@@ -98,7 +98,8 @@ impl FieldData {
             |c: &PreparedClip| data.holds_validation && data.validation.iter().any(|v| v.name() == c.name());
         let drawn = data.clips.iter().position(is_validated);
         let unseen = drawn.map(|clip| prior.without(clip));
-        let judges = match data.validation.is_empty() || settings.projection.of_model().is_none() {
+        let is_judged = settings.projection.of_model().is_some() || settings.replay.at_inference;
+        let judges = match data.validation.is_empty() || !is_judged {
             true => Vec::new(),
             false => prior.unseen_clips(MOST_JUDGES, drawn.as_slice()),
         };

@@ -52,8 +52,9 @@ pub struct Validation {
     /// the garment bends about as much as the truth, on the starts of these clips and of some that the
     /// fit has trained on, each with the prior of the other motions. None without a projection.
     pub bending: Option<f32>,
-    /// Factor of the replayed wrinkles with which wrinkles come and go about as much as the truth's,
-    /// on the same starts. None without a replay.
+    /// Factor of the replayed wrinkles, 0.5 to 4. With it they come and go as much as the truth's on the
+    /// same starts, or as much as `replay.cost` allows. None without a replay, on a clip that the fit
+    /// has trained on, and where no truth wrinkles.
     pub replay_factor: Option<f32>,
 }
 
@@ -75,9 +76,7 @@ impl Chosen {
         bending: None,
         replay_factor: None,
     };
-}
 
-impl Chosen {
     /// Multiplies the wrinkles that a prior replays by the factor.
     pub(crate) fn scale_replay(&self, prior: &mut Prior) -> Result<(), TrainError> {
         if let Some(factor) = self.replay_factor
@@ -117,7 +116,8 @@ pub fn free_running_rmse(model: &Arc<Model>, clips: &[PreparedClip]) -> Result<f
 /// Callback before each frame. Its answer to stop ends a measurement with [`TrainError::Stopped`].
 pub(crate) type Proceed<'a> = dyn FnMut() -> Control + 'a;
 
-fn go_on(proceed: &mut Proceed) -> Result<(), TrainError> {
+/// Asks whether to stop.
+pub(crate) fn go_on(proceed: &mut Proceed) -> Result<(), TrainError> {
     match proceed() {
         Control::Continue => Ok(()),
         Control::Stop => Err(TrainError::Stopped),
@@ -215,7 +215,7 @@ pub(crate) fn add_free_running_bending(
 #[derive(Default)]
 pub(crate) struct FreeLife {
     /// Wrinkles in each clip.
-    pub(crate) clips: Vec<Liveliness>,
+    clips: Vec<Liveliness>,
     error: MeanSquare,
 }
 
@@ -267,7 +267,7 @@ pub(crate) fn true_liveliness(measure: &LivingMeasure, clip: &PreparedClip) -> L
 
 /// Number of frames of a clip in which life is judged, and the interval of those that are measured:
 /// about three in a second, which wrinkles hardly outrun.
-fn living_frames(fps: f32) -> (usize, usize) {
+pub(crate) fn living_frames(fps: f32) -> (usize, usize) {
     ((BENDING_S * fps) as usize, (fps / 3.0).round().max(1.0) as usize)
 }
 

@@ -12,7 +12,10 @@ use std::{iter::zip, ops::Range};
 use unic_core::character::Garment;
 
 /// Bands whose living ratio [`LivingMeasure`] reads: wavelengths of 3 to 24 cm.
-const READ: Range<usize> = 1..BANDS - 1;
+const MEASURED_BANDS: Range<usize> = 1..BANDS - 1;
+
+/// Smallest number of frames that show how wrinkles vary.
+const LEAST_FRAMES: usize = 6;
 
 /// Measure of how much the wrinkles of a garment come and go, for the choices of a training.
 pub struct LivingMeasure<'a> {
@@ -23,7 +26,8 @@ pub struct LivingMeasure<'a> {
 /// Squared deviations of wrinkles from their means over the frames of a clip, by band, m⁴.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Liveliness {
-    squared: [f64; READ.end - READ.start],
+    squared: [f64; MEASURED_BANDS.end - MEASURED_BANDS.start],
+    frames: usize,
     /// Sum of the weights over vertices and frames, m².
     weight: f64,
 }
@@ -38,7 +42,8 @@ impl<'a> LivingMeasure<'a> {
         Ok(Self { garment, filter })
     }
 
-    /// Measures a garment in some frames of a clip: its world positions in each of them, metres.
+    /// Measures a garment in some frames of a clip: the index of each and the world positions of all
+    /// garment vertices, metres.
     pub fn liveliness(&self, clip: &PreparedClip, frames: &[(usize, &[Vec3])]) -> Liveliness {
         let Garment { rest, weights, .. } = self.garment;
         let signals = |&(t, positions): &(usize, &[Vec3])| {
@@ -60,9 +65,10 @@ impl<'a> LivingMeasure<'a> {
                 .map(|(v, w)| w * deviation(band * weights.len() + v))
                 .sum()
         };
-        let mut squared = READ.map(of_band);
+        let mut squared = MEASURED_BANDS.map(of_band);
         Liveliness {
             squared: std::array::from_fn(|_| squared.next().unwrap_or_default()),
+            frames: frames.len(),
             weight: count * weights.iter().sum::<f64>(),
         }
     }
@@ -71,10 +77,10 @@ impl<'a> LivingMeasure<'a> {
 impl Liveliness {
     /// Geometric mean of the living ratios from 3 to 24 cm of wavelength (see
     /// [`BandMetrics::living_ratio`](crate::BandMetrics::living_ratio)) in the same frames of a clip;
-    /// none where wrinkles of the truth do not vary.
+    /// none where the truth does not vary in one of these bands, and in fewer than six frames.
     pub fn ratio(&self, truth: &Self) -> Option<f64> {
         let least = self.weight * LEAST_AMPLITUDE * LEAST_AMPLITUDE;
-        let is_alive = truth.squared.iter().all(|x| *x > least);
+        let is_alive = self.frames >= LEAST_FRAMES && truth.squared.iter().all(|x| *x > least);
         let ratio = |(predicted, truth): (f64, f64)| 0.5 * (predicted / truth).ln();
         let bands = zip(self.squared, truth.squared).map(ratio);
         is_alive.then(|| (bands.sum::<f64>() / self.squared.len() as f64).exp())

@@ -458,6 +458,8 @@ fn the_living_ratio_of_a_training_is_that_of_the_metrics() {
         let expected = (bands.sum::<f64>() / 3.0).exp();
         assert!((ratio / expected - 1.0).abs() < 0.01, "{ratio}, {expected}");
     }
+    let short = of(&truth[..15]);
+    assert_eq!(short.ratio(&short), None, "five frames");
     let still = cylinder.shapes(90, |_| 0.002);
     assert_eq!(of(&truth).ratio(&of(&still)), None);
 }

@@ -82,9 +82,11 @@ pub struct ReplaySettings {
     /// Number of shapes of wrinkles; large garments have fewer.
     #[serde(default = "default_shapes")]
     pub shapes: usize,
-    /// Wanted standard deviation of the wrinkles on motions left out, by the truth's.
+    /// Standard deviation to which the prior's wrinkles are brought on motions left out, by the
+    /// truth's. Where a validation then chooses a factor, that decides.
     pub deviation: f32,
-    /// Largest growth of the prior's error on motions left out, as a share of itself.
+    /// Largest growth of the error on motions left out, as a share of itself: of the prior's by the
+    /// wrinkles of that deviation, and of the animator's by the factor.
     pub cost: f32,
 }
 

@@ -127,7 +127,7 @@ impl Trainer {
             }
         }
         let field_share = best.map_or(shares[0], |(_, share)| share);
-        let chosen = self.shown(&parameters, field_share, &mut proceed)?;
+        let chosen = self.choose_shown(&parameters, field_share, &mut proceed)?;
         let model = Arc::new(self.model_of(&parameters, chosen)?);
         let intersection = model.config().intersection;
         let rmse = free_running_rmse_of(&model, clips, usize::MAX, intersection, &mut proceed)?;

@@ -7,10 +7,11 @@ use crate::{
     fit::Fit,
     learner::{Averaging, Learner},
     network::Network,
-    validation::{BENDING_S, Chosen, free_running_rmse_of},
+    validation::{BENDING_S, Chosen, free_running_rmse_of, living_frames},
 };
 use std::{sync::Arc, time::Instant};
 use unic_core::{config::IntersectionMode, model::Model};
+use unic_eval::LivingMeasure;
 use unic_kernels::FieldShape;
 
 /// Durations on this machine, in wall-clock seconds.
@@ -73,7 +74,8 @@ impl Trainer {
             validation: validation + judging,
             last_validation: validation
                 + judging * self.field_shares().len() as f64
-                + shown * self.shown_trials() as f64,
+                + shown * self.shown_trials() as f64
+                + self.seconds_of_measuring_life()? * self.life_trials() as f64,
         })
     }
 
@@ -101,6 +103,24 @@ impl Trainer {
         let seconds = learner.seconds_per_step(&self.field, &[steps / 4, steps / 2]);
         self.field.shape = own;
         seconds
+    }
+
+    /// Estimates the seconds in which the life of all judged clips is measured, from those of a few
+    /// frames.
+    fn seconds_of_measuring_life(&self) -> Result<f64, TrainError> {
+        const TIMED_FRAMES: usize = 4;
+        let (data, mut judged) = (&self.field.data, self.judged());
+        let Some((clip, _)) = judged.next().filter(|_| self.life_trials() > 0) else {
+            return Ok(0.0);
+        };
+        let measure = LivingMeasure::new(&data.capture.garment).map_err(TrainError::Wrinkles)?;
+        let timed = clip.len().min(TIMED_FRAMES);
+        let frames: Vec<_> = (0..timed).map(|t| (t, clip.captured.garment.frame(t))).collect();
+        let started = Instant::now();
+        measure.liveliness(clip, &frames);
+        let frame = started.elapsed().as_secs_f64() / timed.max(1) as f64;
+        let (most, every) = living_frames(data.config.fps);
+        Ok(frame * (most / every * (1 + judged.count())) as f64)
     }
 
     /// Estimates the seconds of free running over the first `most` frames of every clip from those

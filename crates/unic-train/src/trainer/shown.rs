@@ -1,14 +1,17 @@
-//! What motions left out choose of the cloth that is shown: the bending of the strain projection and
-//! the factor of the replay.
+//! Choices that motions left out make of the shown cloth: the bending of the strain projection and the
+//! factor of the replay.
 
 use super::Trainer;
 use crate::{
     error::TrainError,
-    validation::{Chosen, FreeLife, Proceed, add_free_running_bending, true_liveliness},
+    field_data::Judge,
+    validation::{
+        Chosen, FreeLife, Proceed, ValidationMotion, add_free_running_bending, go_on, true_liveliness,
+    },
 };
 use std::{slice::from_ref, sync::Arc};
 use unic_core::model::{Model, ModelParts};
-use unic_eval::{BendingRatio, LivingMeasure, PreparedClip};
+use unic_eval::{BendingRatio, Liveliness, LivingMeasure, PreparedClip};
 
 /// Factors of the replay that are tried where its wrinkles are too calm, after 1.
 const LIVELIER: &[f32] = &[2.0, 4.0];
@@ -21,7 +24,7 @@ const MOST_FACTORS: usize = 1 + LIVELIER.len();
 
 /// Life and error of the cloth with a factor of the replay.
 #[derive(Clone, Copy, Debug)]
-struct Tried {
+struct Trial {
     factor: f64,
     /// Logarithm of the living ratio (see [`FreeLife::excess`]).
     excess: f64,
@@ -32,8 +35,9 @@ struct Tried {
 type See<'a> = dyn FnMut(&Arc<Model>, &PreparedClip, &mut Proceed) -> Result<(), TrainError> + 'a;
 
 impl Trainer {
-    /// Chooses bending and factor for a share of the field.
-    pub(super) fn shown(
+    /// Chooses bending and factor for a share of the field: the bending, the factor with it, then
+    /// the bending with the factor.
+    pub(super) fn choose_shown(
         &self,
         parameters: &[Vec<f32>],
         field_share: f32,
@@ -43,33 +47,51 @@ impl Trainer {
             field_share,
             ..Chosen::SETTINGS
         };
-        chosen.bending = self.bending(parameters, chosen, proceed)?;
+        chosen.bending = self.bending(parameters, chosen, 0.0, proceed)?;
         chosen.replay_factor = self.replay_factor(parameters, chosen, proceed)?;
-        // More wrinkles bend more.
-        if chosen.replay_factor.is_some_and(|factor| factor > 1.0) {
-            chosen.bending = self.bending(parameters, chosen, proceed)?;
-        }
+        // More wrinkles bend more, so smaller values bend too much still.
+        let least = match chosen.replay_factor {
+            None => return Ok(chosen),
+            Some(factor) if factor > 1.0 => chosen.bending.unwrap_or(0.0),
+            Some(_) => 0.0,
+        };
+        chosen.bending = self.bending(parameters, chosen, least, proceed)?;
         Ok(chosen)
     }
 
-    /// Number of times that [`Trainer::shown`] animates the judged clips at most.
+    /// Number of times that [`Trainer::choose_shown`] animates the judged clips at most.
     pub(super) fn shown_trials(&self) -> usize {
-        let factors = usize::from(self.field.data.prior.replay.is_some());
         let bendings = self.bendings().len();
-        (1 + factors) * bendings + factors * MOST_FACTORS
+        match self.judges_replay() {
+            true => 2 * bendings + MOST_FACTORS,
+            false => bendings,
+        }
     }
 
-    /// Chooses the bending of the strain projection, if the model has one, from the value of `chosen`
-    /// on.
+    /// Number of times that [`Trainer::choose_shown`] measures the life of the judged clips at most.
+    pub(super) fn life_trials(&self) -> usize {
+        // The truth is measured once.
+        usize::from(self.judges_replay()) * (1 + MOST_FACTORS)
+    }
+
+    /// Returns whether the model has a replay that clips can judge: the wrinkles of a lone clip are
+    /// in its library.
+    fn judges_replay(&self) -> bool {
+        let data = &self.field.data;
+        let motion = ValidationMotion::of(&data.validation, &data.clips);
+        data.prior.replay.is_some() && motion == ValidationMotion::Unseen
+    }
+
+    /// Chooses the bending of the strain projection, if the model has one, from `least` on.
     fn bending(
         &self,
         parameters: &[Vec<f32>],
         chosen: Chosen,
+        least: f32,
         proceed: &mut Proceed,
     ) -> Result<Option<f32>, TrainError> {
-        let from = chosen.bending.unwrap_or(0.0);
         let mut least_first: Vec<f32> = self.bendings().to_vec();
-        least_first.retain(|bending| *bending >= from);
+        least_first.retain(|bending| *bending >= least);
         least_first.sort_by(f32::total_cmp);
         let mut best: Option<(f64, f32)> = None;
         for bending in least_first {
@@ -86,7 +108,7 @@ impl Trainer {
             let Some(error) = error.filter(|error| error.is_finite()) else {
                 break;
             };
-            if best.is_none_or(|(least, _)| error.abs() < least) {
+            if best.is_none_or(|(smallest, _)| error.abs() < smallest) {
                 best = Some((error.abs(), bending));
             }
             // Larger values bend the garment less still.
@@ -98,59 +120,81 @@ impl Trainer {
         Ok(found.or(self.bendings().first().copied()))
     }
 
-    /// Chooses the factor of the replay, if the model has one: that with which wrinkles come and go
-    /// as much as the truth's, or the largest one within the allowed cost of accuracy. None for a
-    /// truth without life.
+    /// Chooses the factor of the replay, from the least of [`CALMER`] to the largest of [`LIVELIER`]:
+    /// that with which wrinkles come and go as much as the truth's, or the largest one within the
+    /// allowed cost of accuracy. None without a replay that clips can judge, where no truth is alive,
+    /// and where a trial is not finite.
     fn replay_factor(
         &self,
         parameters: &[Vec<f32>],
         chosen: Chosen,
         proceed: &mut Proceed,
     ) -> Result<Option<f32>, TrainError> {
-        let data = &self.field.data;
-        if data.prior.replay.is_none() {
+        if !self.judges_replay() {
             return Ok(None);
         }
-        let measure = LivingMeasure::new(&data.capture.garment).map_err(TrainError::Wrinkles)?;
+        let measure = LivingMeasure::new(&self.field.data.capture.garment).map_err(TrainError::Wrinkles)?;
         let mut truth = Vec::new();
-        self.each_judged(parameters, chosen, proceed, &mut |_, clip, _| {
+        for (clip, _) in self.judged() {
+            go_on(proceed)?;
             truth.push(true_liveliness(&measure, clip));
-            Ok(())
-        })?;
-        let mut tried = |factor: f32| -> Result<Option<Tried>, TrainError> {
+        }
+        let mut try_factor = |factor: f32| {
             let chosen = Chosen {
                 replay_factor: Some(factor),
                 ..chosen
             };
-            let mut life = FreeLife::default();
-            self.each_judged(parameters, chosen, proceed, &mut |model, clip, proceed| {
-                life.add(&measure, model, clip, proceed)
-            })?;
-            let tried = life.excess(&truth).map(|excess| Tried {
-                factor: factor.into(),
-                excess,
-                rmse: life.rmse(),
-            });
-            Ok(tried.filter(|tried| tried.excess.is_finite() && tried.rmse.is_finite()))
+            self.trial(parameters, chosen, (&measure, &truth), proceed)
         };
-        let Some(first) = tried(1.0)? else {
+        let Some(first) = try_factor(1.0)? else {
             return Ok(None);
         };
-        let most = first.rmse * (1.0 + f64::from(self.config().replay.cost));
+        let largest_rmse = first.rmse * (1.0 + f64::from(self.config().replay.cost));
         let mut last = first;
         for &factor in if first.excess > 0.0 { CALMER } else { LIVELIER } {
-            let Some(next) = tried(factor)? else { break };
-            let way = way(last, next, most);
-            last = Tried {
-                factor: last.factor * (next.factor / last.factor).powf(way),
+            let Some(next) = try_factor(factor)? else { break };
+            let share = share_of_step(last, next, largest_rmse);
+            last = Trial {
+                factor: last.factor * (next.factor / last.factor).powf(share),
                 ..next
             };
-            if way < 1.0 {
+            if share < 1.0 {
                 break;
             }
         }
-        // Two digits say all that ten seconds of a few clips tell.
+        // Two decimals say all that ten seconds of a few clips tell.
         Ok(Some((100.0 * last.factor).round() as f32 / 100.0))
+    }
+
+    /// Animates the judged clips with a factor, and compares them with the truth of each clip. None
+    /// where that yields no finite numbers.
+    fn trial(
+        &self,
+        parameters: &[Vec<f32>],
+        chosen: Chosen,
+        (measure, truth): (&LivingMeasure, &[Liveliness]),
+        proceed: &mut Proceed,
+    ) -> Result<Option<Trial>, TrainError> {
+        let mut life = FreeLife::default();
+        self.each_judged(parameters, chosen, proceed, &mut |model, clip, proceed| {
+            life.add(measure, model, clip, proceed)
+        })?;
+        let trial = life.excess(truth).map(|excess| Trial {
+            factor: chosen.replay_factor.unwrap_or(1.0).into(),
+            excess,
+            rmse: life.rmse(),
+        });
+        Ok(trial.filter(|trial| trial.excess.is_finite() && trial.rmse.is_finite()))
+    }
+
+    /// The validation clips, then clips of other motions with their judges.
+    pub(super) fn judged(&self) -> impl Iterator<Item = (&PreparedClip, Option<&Judge>)> {
+        let data = &self.field.data;
+        let validation = data.validation.iter().map(|clip| (clip, None));
+        // Clips that this fit does not train on show the motion of a validation clip.
+        let clip_of = |judge: &Judge| data.clips.iter().find(|clip| clip.name() == judge.clip);
+        let others = data.judges.iter();
+        validation.chain(others.filter_map(move |judge| Some((clip_of(judge)?, Some(judge)))))
     }
 
     /// Shows the validation clips with the model, and clips of other motions with models whose priors
@@ -162,16 +206,12 @@ impl Trainer {
         proceed: &mut Proceed,
         see: &mut See,
     ) -> Result<(), TrainError> {
-        let data = &self.field.data;
         let model = self.model_of(parameters, chosen)?;
         let parts = model.to_parts();
         let model = Arc::new(model);
-        for clip in &data.validation {
-            see(&model, clip, proceed)?;
-        }
-        for judge in &data.judges {
-            // Clips that this fit does not train on show the motion of a validation clip.
-            let Some(clip) = data.clips.iter().find(|clip| clip.name() == judge.clip) else {
+        for (clip, judge) in self.judged() {
+            let Some(judge) = judge else {
+                see(&model, clip, proceed)?;
                 continue;
             };
             let mut prior = judge.prior.clone();
@@ -196,15 +236,16 @@ impl Trainer {
     }
 }
 
-/// Share of the way from one factor to the next, on a scale of logarithms, at which the excess is
-/// zero or the error reaches `most`. 1 where neither happens.
-fn way(last: Tried, next: Tried, most: f64) -> f64 {
-    let crossing = |from: f64, to: f64| match from * to < 0.0 {
+/// Share of the step from one factor to the next, on a scale of logarithms, after which the excess is
+/// zero or the error `largest_rmse`. 1 where neither happens.
+fn share_of_step(last: Trial, next: Trial, largest_rmse: f64) -> f64 {
+    // From a value that is not positive to one that is.
+    let rise = |from: f64, to: f64| match from <= 0.0 && to > 0.0 {
         true => from / (from - to),
         false => 1.0,
     };
-    let life = crossing(last.excess, next.excess);
-    life.min(crossing(last.rmse - most, next.rmse - most))
+    let life = rise(last.excess, next.excess).min(rise(-last.excess, -next.excess));
+    life.min(rise(last.rmse - largest_rmse, next.rmse - largest_rmse))
 }
 
 #[cfg(test)]
@@ -212,13 +253,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_way_ends_where_wrinkles_live_enough_or_cost_too_much() {
-        let tried = |factor, excess, rmse| Tried { factor, excess, rmse };
-        let first = tried(1.0, -0.2, 10.0);
-        assert_eq!(way(first, tried(2.0, -0.1, 10.1), 10.6), 1.0);
-        assert!((way(first, tried(2.0, 0.2, 10.1), 10.6) - 0.5).abs() < 1e-12);
-        assert!((way(first, tried(2.0, 0.2, 12.4), 10.6) - 0.25).abs() < 1e-12);
-        // Calmer cloth that errs more than lively cloth is taken all the same.
-        assert!((way(tried(1.0, 0.3, 10.0), tried(0.5, -0.1, 10.2), 10.6) - 0.75).abs() < 1e-12);
+    fn a_step_ends_where_wrinkles_live_enough_or_cost_too_much() {
+        let trial = |factor, excess, rmse| Trial { factor, excess, rmse };
+        let first = trial(1.0, -0.2, 10.0);
+        let share = |next, largest_rmse| share_of_step(first, next, largest_rmse);
+        assert_eq!(share(trial(2.0, -0.1, 10.1), 10.6), 1.0);
+        assert!((share(trial(2.0, 0.2, 10.1), 10.6) - 0.5).abs() < 1e-12);
+        assert!((share(trial(2.0, 0.2, 12.4), 10.6) - 0.25).abs() < 1e-12);
+        // No cost is allowed, but a gain is.
+        assert_eq!(share(trial(2.0, -0.1, 10.1), 10.0), 0.0);
+        assert_eq!(share(trial(2.0, -0.1, 9.9), 10.0), 1.0);
+        let lively = trial(1.0, 0.3, 10.0);
+        let share = |next| share_of_step(lively, next, 10.6);
+        assert!((share(trial(0.5, -0.1, 10.2)) - 0.75).abs() < 1e-12);
+        assert!((share(trial(0.5, 0.1, 12.4)) - 0.25).abs() < 1e-12);
+        // Wrinkles that live as much as the truth's stay.
+        assert_eq!(
+            share_of_step(trial(1.0, 0.0, 10.0), trial(2.0, 0.1, 10.0), 10.6),
+            0.0
+        );
     }
 }
