@@ -53,8 +53,8 @@ pub struct Validation {
     /// fit has trained on, each with the prior of the other motions. None without a projection.
     pub bending: Option<f32>,
     /// Factor of the replayed wrinkles, 0.5 to 4. With it they come and go as much as the truth's on the
-    /// same starts, or as much as `replay.cost` allows. None without a replay, on a clip that the fit
-    /// has trained on, and where no truth wrinkles.
+    /// same starts, or as much as `replay.cost` allows. None without a replay, with fewer than five
+    /// motions, on a clip that the fit has trained on, and where no truth wrinkles.
     pub replay_factor: Option<f32>,
 }
 

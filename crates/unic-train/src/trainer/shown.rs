@@ -22,6 +22,10 @@ const CALMER: &[f32] = &[0.5];
 /// Number of factors that are tried at most.
 const MOST_FACTORS: usize = 1 + LIVELIER.len();
 
+/// Smallest number of motions left out that judge a factor. Three lively ones have made a pleated
+/// dress crumple in a calm dance.
+const LEAST_JUDGED: usize = 5;
+
 /// Life and error of the cloth with a factor of the replay.
 #[derive(Clone, Copy, Debug)]
 struct Trial {
@@ -74,12 +78,13 @@ impl Trainer {
         usize::from(self.judges_replay()) * (1 + MOST_FACTORS)
     }
 
-    /// Returns whether the model has a replay that clips can judge: the wrinkles of a lone clip are
+    /// Returns whether the model has a replay that enough clips judge. The wrinkles of a lone clip are
     /// in its library.
     fn judges_replay(&self) -> bool {
         let data = &self.field.data;
         let motion = ValidationMotion::of(&data.validation, &data.clips);
-        data.prior.replay.is_some() && motion == ValidationMotion::Unseen
+        let is_judged = motion == ValidationMotion::Unseen && self.judged().count() >= LEAST_JUDGED;
+        data.prior.replay.is_some() && is_judged
     }
 
     /// Chooses the bending of the strain projection, if the model has one, from `least` on.
@@ -122,7 +127,7 @@ impl Trainer {
 
     /// Chooses the factor of the replay, from the least of [`CALMER`] to the largest of [`LIVELIER`]:
     /// that with which wrinkles come and go as much as the truth's, or the largest one within the
-    /// allowed cost of accuracy. None without a replay that clips can judge, where no truth is alive,
+    /// allowed cost of accuracy. None without a replay that enough clips judge, where no truth is alive,
     /// and where a trial is not finite.
     fn replay_factor(
         &self,

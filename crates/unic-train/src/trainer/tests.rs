@@ -123,7 +123,7 @@ fn replaying(clips: usize) -> Trainer {
 
 #[test]
 fn motions_left_out_choose_the_factor_of_the_replay() {
-    let mut trainer = replaying(4);
+    let mut trainer = replaying(5);
     let scales = |model: &Model| model.prior().replay.as_ref().unwrap().library().scales().to_vec();
     let before = scales(&trainer.model().unwrap());
     assert!(before.iter().any(|scale| *scale > 0.0));
@@ -138,11 +138,13 @@ fn motions_left_out_choose_the_factor_of_the_replay() {
 }
 
 #[test]
-fn a_lone_clip_does_not_judge_wrinkles_that_are_its_own() {
-    let trainer = replaying(1);
-    assert!(trainer.data().prior.replay.is_some());
-    let validation = trainer.validation(&|| Control::Continue).unwrap().unwrap();
-    assert_eq!(validation.replay_factor, None);
+fn few_motions_do_not_judge_wrinkles_nor_a_lone_clip_those_that_are_its_own() {
+    for clips in [1, 4] {
+        let trainer = replaying(clips);
+        assert!(trainer.data().prior.replay.is_some());
+        let validation = trainer.validation(&|| Control::Continue).unwrap().unwrap();
+        assert_eq!(validation.replay_factor, None, "{clips} clips");
+    }
 }
 
 #[test]
