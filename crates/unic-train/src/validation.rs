@@ -230,15 +230,15 @@ impl FreeLife {
     ) -> Result<(), TrainError> {
         let (most, every) = living_frames(model.config().fps);
         let (clips, off) = (std::slice::from_ref(clip), IntersectionMode::Off);
-        let mut shown: Vec<(usize, Vec<Vec3>)> = Vec::new();
+        let mut shown: Vec<Vec<Vec3>> = Vec::new();
         run_freely(model, clips, most, off, proceed, &mut |t, predicted, truth| {
             self.error.add(predicted, truth);
             if t.is_multiple_of(every) {
-                shown.push((t, predicted.to_vec()));
+                shown.push(predicted.to_vec());
             }
         })?;
-        let shown: Vec<_> = shown.iter().map(|(t, positions)| (*t, &positions[..])).collect();
-        self.clips.push(measure.liveliness(clip, &shown));
+        let shown: Vec<_> = shown.iter().map(Vec::as_slice).collect();
+        self.clips.push(measure.liveliness(&shown));
         Ok(())
     }
 
@@ -261,8 +261,8 @@ impl FreeLife {
 pub(crate) fn true_liveliness(measure: &LivingMeasure, clip: &PreparedClip) -> Liveliness {
     let (most, every) = living_frames(clip.captured.clip.fps);
     let frames = (1..clip.len().min(most)).filter(|t| t.is_multiple_of(every));
-    let frames: Vec<_> = frames.map(|t| (t, clip.captured.garment.frame(t))).collect();
-    measure.liveliness(clip, &frames)
+    let frames: Vec<_> = frames.map(|t| clip.captured.garment.frame(t)).collect();
+    measure.liveliness(&frames)
 }
 
 /// Number of frames of a clip in which life is judged, and the interval of those that are measured:

@@ -80,6 +80,27 @@ impl BandFilter {
     /// band the distance of each kept vertex along the normal, metres. `skinned` is the
     /// [coarsest](Self::coarsest) smoothing of the skinned rest shape.
     pub(super) fn signals(&self, positions: &[Vec3], skinned: &Shape) -> Vec<f32> {
+        let (mut signals, coarsest, normals) = self.split(positions);
+        let offset = coarsest.mean - skinned.mean;
+        self.push_distances(
+            &coarsest.centred,
+            &skinned.centred,
+            offset,
+            &normals,
+            &mut signals,
+        );
+        signals
+    }
+
+    /// Returns the [signals](Self::signals) of all bands but the coarsest, which alone depends on the
+    /// skinned rest shape.
+    pub(super) fn wrinkles(&self, positions: &[Vec3]) -> Vec<f32> {
+        self.split(positions).0
+    }
+
+    /// Splits a shape into the signals of all bands but the coarsest, the coarsest smoothing, and its
+    /// normals.
+    fn split(&self, positions: &[Vec3]) -> (Vec<f32>, Shape, Vec<Vec3>) {
         let Shape { mean, centred } = self.shape(positions);
         let mut signals = Vec::with_capacity(BANDS * self.kept.len());
         let mut normals = Vec::new();
@@ -91,10 +112,8 @@ impl BandFilter {
             self.push_distances(fine, &coarser, DVec3::ZERO, &normals, &mut signals);
             finer = Some(coarser);
         }
-        let coarsest = finer.as_ref().unwrap_or(&centred);
-        let offset = mean - skinned.mean;
-        self.push_distances(coarsest, &skinned.centred, offset, &normals, &mut signals);
-        signals
+        let centred = finer.unwrap_or(centred);
+        (signals, Shape { mean, centred }, normals)
     }
 
     /// Appends the distances `fine` + `offset` − `coarse` of the kept vertices along the normals.

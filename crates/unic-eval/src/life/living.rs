@@ -5,11 +5,11 @@ use super::{
     sums::LEAST_AMPLITUDE,
     welded::WeldedMesh,
 };
-use crate::{error::Result, kinematics::PreparedClip};
+use crate::error::Result;
 use glam::Vec3;
 use rayon::prelude::*;
 use std::{iter::zip, ops::Range};
-use unic_core::character::Garment;
+use unic_core::mesh::TriMesh;
 
 /// Bands whose living ratio [`LivingMeasure`] reads: wavelengths of 3 to 24 cm.
 const MEASURED_BANDS: Range<usize> = 1..BANDS - 1;
@@ -18,8 +18,7 @@ const MEASURED_BANDS: Range<usize> = 1..BANDS - 1;
 const LEAST_FRAMES: usize = 6;
 
 /// Measure of how much the wrinkles of a garment come and go, for the choices of a training.
-pub struct LivingMeasure<'a> {
-    garment: &'a Garment,
+pub struct LivingMeasure {
     filter: BandFilter,
 }
 
@@ -32,27 +31,24 @@ pub struct Liveliness {
     weight: f64,
 }
 
-impl<'a> LivingMeasure<'a> {
-    /// Prepares the measure of a garment.
+impl LivingMeasure {
+    /// Prepares the measure of a garment with this rest mesh.
     ///
     /// # Errors
     /// A rest mesh whose smoothings cannot be factorised.
-    pub fn new(garment: &'a Garment) -> Result<Self> {
-        let filter = BandFilter::new(WeldedMesh::new(&garment.rest))?;
-        Ok(Self { garment, filter })
+    pub fn new(rest: &TriMesh) -> Result<Self> {
+        let filter = BandFilter::new(WeldedMesh::new(rest))?;
+        Ok(Self { filter })
     }
 
-    /// Measures a garment in some frames of a clip: the index of each and the world positions of all
-    /// garment vertices, metres.
-    pub fn liveliness(&self, clip: &PreparedClip, frames: &[(usize, &[Vec3])]) -> Liveliness {
-        let Garment { rest, weights, .. } = self.garment;
-        let signals = |&(t, positions): &(usize, &[Vec3])| {
-            let mut skinned = Vec::new();
-            weights.skin(&rest.vertices, clip.kinematics.world_from_rest(t), &mut skinned);
-            self.filter.signals(positions, &self.filter.coarsest(&skinned))
-        };
+    /// Measures a garment in some frames of a clip, given the positions of all garment vertices in
+    /// each of them, metres.
+    pub fn liveliness(&self, frames: &[&[Vec3]]) -> Liveliness {
         // Collected first and summed in order: the result does not depend on the number of threads.
-        let signals: Vec<Vec<f32>> = frames.par_iter().map(signals).collect();
+        let signals: Vec<Vec<f32>> = frames
+            .par_iter()
+            .map(|positions| self.filter.wrinkles(positions))
+            .collect();
         let (weights, count) = (self.filter.weights(), frames.len() as f64);
         let deviation = |signal: usize| {
             let values = || signals.iter().map(|frame| f64::from(frame[signal]));

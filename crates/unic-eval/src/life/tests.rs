@@ -437,12 +437,10 @@ fn the_living_ratio_of_a_training_is_that_of_the_metrics() {
     let cylinder = Cylinder::new(0.08, 0.4, 41);
     let swing = |t: usize| 0.002 * (0.4 * t as f32).sin();
     let truth = cylinder.shapes(90, swing);
-    let measure = LivingMeasure::new(&cylinder.garment).unwrap();
-    let clip = prepared(vec![standing(0); truth.len()], &truth);
+    let measure = LivingMeasure::new(&cylinder.garment.rest).unwrap();
     let of = |shapes: &[Vec<Vec3>]| {
-        let measured = (0..shapes.len()).step_by(3);
-        let frames: Vec<_> = measured.map(|t| (t, &shapes[t][..])).collect();
-        measure.liveliness(&clip, &frames)
+        let frames: Vec<_> = shapes.iter().step_by(3).map(Vec::as_slice).collect();
+        measure.liveliness(&frames)
     };
     let found = |shapes: &[Vec<Vec3>]| of(shapes).ratio(&of(&truth));
     for factor in [0.5, 1.0, 2.0] {

@@ -113,11 +113,11 @@ impl Trainer {
         let Some((clip, _)) = judged.next().filter(|_| self.life_trials() > 0) else {
             return Ok(0.0);
         };
-        let measure = LivingMeasure::new(&data.capture.garment).map_err(TrainError::Wrinkles)?;
+        let measure = LivingMeasure::new(&data.capture.garment.rest).map_err(TrainError::Wrinkles)?;
         let timed = clip.len().min(TIMED_FRAMES);
-        let frames: Vec<_> = (0..timed).map(|t| (t, clip.captured.garment.frame(t))).collect();
+        let frames: Vec<_> = (0..timed).map(|t| clip.captured.garment.frame(t)).collect();
         let started = Instant::now();
-        measure.liveliness(clip, &frames);
+        measure.liveliness(&frames);
         let frame = started.elapsed().as_secs_f64() / timed.max(1) as f64;
         let (most, every) = living_frames(data.config.fps);
         Ok(frame * (most / every * (1 + judged.count())) as f64)

@@ -138,7 +138,8 @@ impl Trainer {
         if !self.judges_replay() {
             return Ok(None);
         }
-        let measure = LivingMeasure::new(&self.field.data.capture.garment).map_err(TrainError::Wrinkles)?;
+        let measure =
+            LivingMeasure::new(&self.field.data.capture.garment.rest).map_err(TrainError::Wrinkles)?;
         let mut truth = Vec::new();
         for (clip, _) in self.judged() {
             go_on(proceed)?;
@@ -232,7 +233,7 @@ impl Trainer {
 
     /// Values of `projection.bending` that [`Trainer::validation`] tries at most; none without a
     /// projection.
-    pub(super) fn bendings(&self) -> &[f32] {
+    fn bendings(&self) -> &[f32] {
         let settings = &self.config().projection;
         match settings.at_inference {
             true => &settings.bending,
