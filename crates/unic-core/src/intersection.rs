@@ -45,7 +45,7 @@ mod robust;
 #[cfg(test)]
 mod tests;
 
-pub use contact_filter::ContactFilter;
+pub use contact_filter::{ContactFilter, MIN_CARRYING_WEIGHT};
 pub use display::{CollisionScene, DisplayPass, SkinnedGarment};
 pub use garment_handling::GarmentHandling;
 pub(crate) use garment_handling::pose_body;

@@ -86,6 +86,10 @@ pub enum StateSettings {
     RootRelative,
     /// Displacement carried by the skeleton.
     Displacement {
+        /// Skinning weights of the garment.
+        // Runs of earlier versions have none.
+        #[serde(default)]
+        skinning: SkinningSource,
         /// Time constant of forgetting, seconds.
         memory_s: f32,
         /// Excursion of the predicted garment within which a given garment stays as it lies, metres,
@@ -101,6 +105,17 @@ pub enum StateSettings {
         /// Inputs of the field.
         inputs: Vec<PointInput>,
     },
+}
+
+/// Skinning weights that a model's garment has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SkinningSource {
+    /// Those of the capture.
+    #[default]
+    Given,
+    /// Fitted to the motion of the garment in the training clips, from those of the capture.
+    Fitted,
 }
 
 /// Sizes and training of a prior's recurrence, see [`unic_core::recurrence::Recurrence`].

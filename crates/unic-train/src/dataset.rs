@@ -5,10 +5,11 @@ mod motion_vectors;
 pub use motion_vectors::MotionVectors;
 
 use crate::{
-    config::{StateSettings, TrainConfig},
+    config::{SkinningSource, StateSettings, TrainConfig},
     error::TrainError,
     fit::{Fit, FitClips},
     mirror::{MirrorMap, normalisation},
+    skinning::fitted_weights,
 };
 use rayon::prelude::*;
 use unic_core::motion::{MotionSpec, Normalisation};
@@ -65,6 +66,13 @@ impl Dataset {
         }
         let skeleton = &capture.character.skeleton;
         let mirror = settings.regularisation.mirror;
+        if let StateSettings::Displacement {
+            skinning: SkinningSource::Fitted,
+            ..
+        } = settings.model.state
+        {
+            capture.garment.weights = fitted_weights(&capture.character, &capture.garment, &clips, mirror)?;
+        }
         let mirror = mirror.then(|| MirrorMap::new(skeleton)).flatten();
         let vectors = clips
             .iter()

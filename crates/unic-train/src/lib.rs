@@ -122,6 +122,7 @@ mod replay;
 mod rollout;
 mod scales;
 mod sizing;
+mod skinning;
 mod strain;
 mod stream;
 mod time;
@@ -134,7 +135,8 @@ pub use checkpoint::{Checkpoint, Position};
 pub use config::{
     BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
     PUBLISHED_EPOCHS, Preset, Products, RecurrenceSettings, RecurrenceStart, Refit, RegularisationConfig,
-    ReplaySettings, SettingsError, SizingSettings, StateSettings, TrainConfig, ValidationConfig,
+    ReplaySettings, SettingsError, SizingSettings, SkinningSource, StateSettings, TrainConfig,
+    ValidationConfig,
 };
 pub use dataset::{Dataset, MotionVectors};
 pub use error::{Quantity, TrainError};

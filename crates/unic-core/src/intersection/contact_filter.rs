@@ -10,7 +10,7 @@ use crate::{
 ///
 /// Weights diffused over a garment are nowhere exactly zero. Below this they move a vertex by
 /// millimetres.
-const MIN_CARRYING_WEIGHT: f32 = 0.02;
+pub const MIN_CARRYING_WEIGHT: f32 = 0.02;
 
 /// Contact filter between body parts and garment vertices. A part is the set of faces, or of
 /// vertices, that one joint moves most.

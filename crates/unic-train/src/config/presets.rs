@@ -3,7 +3,8 @@
 use super::{
     BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
     PUBLISHED_EPOCHS, Products, ProjectionSettings, RecurrenceSettings, RecurrenceStart, Refit,
-    RegularisationConfig, ReplaySettings, SizingSettings, StateSettings, TrainConfig, ValidationConfig,
+    RegularisationConfig, ReplaySettings, SizingSettings, SkinningSource, StateSettings, TrainConfig,
+    ValidationConfig,
 };
 use unic_core::{
     config::{EncoderConfig, FieldConfig, IntersectionMode, LatentCode, PointInput},
@@ -132,6 +133,7 @@ fn standard() -> TrainConfig {
                 skip: None,
             },
             state: StateSettings::Displacement {
+                skinning: SkinningSource::Fitted,
                 memory_s: 0.5,
                 excursion_m: 0.02,
                 prior_shapes: 64,

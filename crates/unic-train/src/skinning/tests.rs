@@ -1,0 +1,41 @@
+//! Optimality of the weights; what a fit finds in motion is in `tests/skinning.rs`.
+
+use super::*;
+use proptest::prelude::*;
+
+const JOINTS: usize = 4;
+
+proptest! {
+    /// No weight can move from one joint to another with a gain, and all bounds hold.
+    #[test]
+    fn weights_are_optimal(
+        factors in proptest::collection::vec(-1.0f64..1.0, JOINTS * JOINTS),
+        targets in proptest::collection::vec(-2.0f64..2.0, JOINTS),
+        parts in proptest::collection::vec(0.0f64..1.0, JOINTS),
+    ) {
+        let sum: f64 = parts.iter().sum();
+        prop_assume!(sum > 0.1);
+        let given: Vec<f64> = parts.iter().map(|part| part / sum).collect();
+        let row = |j: usize| &factors[j * JOINTS..(j + 1) * JOINTS];
+        let dot = |j: usize, k: usize| row(j).iter().zip(row(k)).map(|(a, b)| a * b).sum::<f64>();
+        let problem = SimplexProblem {
+            squares: (0..JOINTS).map(|j| (0..JOINTS).map(|k| dot(j, k)).collect()).collect(),
+            targets,
+            given: &given,
+            stiffness: 0.1,
+        };
+        let mut weights = given.clone();
+        problem.solve(&mut weights);
+        prop_assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+        for from in 0..JOINTS {
+            prop_assert!(weights[from] > problem.bound(from) - 1e-9);
+            if weights[from] < problem.bound(from) + 1e-6 {
+                continue;
+            }
+            for to in 0..JOINTS {
+                let gain = problem.slope(&weights, from) - problem.slope(&weights, to);
+                prop_assert!(gain < 1e-5, "from {from} to {to}: {gain}");
+            }
+        }
+    }
+}
