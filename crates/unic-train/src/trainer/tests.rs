@@ -6,7 +6,7 @@
 
 use super::Trainer;
 use crate::{
-    Control, Fit, Preset, StateSettings, TrainConfig, config::Refit, field_data::FieldData,
+    Control, Fit, Preset, SkinningSource, StateSettings, TrainConfig, config::Refit, field_data::FieldData,
     validation::Chosen,
 };
 use std::sync::Arc;
@@ -21,12 +21,13 @@ const BENDINGS: [f32; 2] = [0.0105, 0.02];
 fn settings() -> TrainConfig {
     let mut config = TrainConfig::preset(Preset::Tiny);
     if let StateSettings::Displacement {
+        skinning,
         prior_shapes,
         recurrence,
         ..
     } = &mut config.model.state
     {
-        (*prior_shapes, *recurrence) = (3, None);
+        (*skinning, *prior_shapes, *recurrence) = (SkinningSource::Given, 3, None);
     }
     config.set_steps(6);
     config.validation.refit = Refit::AllClips;

@@ -153,12 +153,15 @@ pub(crate) fn small(preset: Preset) -> TrainConfig {
         skip: Some(2),
     };
     if let StateSettings::Displacement {
+        skinning,
         memory_s,
         prior_shapes,
         recurrence,
         ..
     } = &mut config.model.state
     {
+        // Closed forms are in the frames of the capture's own weights.
+        *skinning = SkinningSource::Given;
         // Longer than the clips, so that what is forgotten is training's to correct.
         *memory_s = 2.0;
         *prior_shapes = 3;
