@@ -110,16 +110,29 @@ pub struct Garment {
     pub rest: TriMesh,
     /// Skinning weights over the character's joints, one row for each garment vertex.
     pub weights: SkinningWeights,
+    /// Weights of the joints that carry each vertex, which say what parts of the body push it. None:
+    /// those of `weights`. Weights that are fitted to motion may bind a skirt to the pelvis alone,
+    /// and the legs push it all the same.
+    pub carriers: Option<SkinningWeights>,
     /// Weight of the model's displacement at each vertex, in [0, 1]: at 0 the vertex is where
     /// skinning puts the rest shape. None means 1 everywhere.
     pub mask: Option<Vec<f32>>,
 }
 
 impl Garment {
-    /// Makes a garment without a mask.
+    /// Makes a garment without a mask and without carriers of its own.
     pub fn new(rest: TriMesh, weights: SkinningWeights) -> Self {
-        let mask = None;
-        Self { rest, weights, mask }
+        Self {
+            rest,
+            weights,
+            carriers: None,
+            mask: None,
+        }
+    }
+
+    /// Weights of the joints that carry each vertex.
+    pub fn carriers(&self) -> &SkinningWeights {
+        self.carriers.as_ref().unwrap_or(&self.weights)
     }
 
     /// Mask at one vertex; 1 without a mask.

@@ -357,6 +357,12 @@ impl Model {
         let mut parts = self.to_parts();
         parts.prior = self.prior.on_mesh(&map)?;
         parts.garment.weights = map.interpolate_weights(&self.garment.weights)?;
+        parts.garment.carriers = self
+            .garment
+            .carriers
+            .as_ref()
+            .map(|carriers| map.interpolate_weights(carriers))
+            .transpose()?;
         parts.garment.mask = self
             .garment
             .mask
@@ -403,6 +409,16 @@ fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
             "rows of garment skinning weights",
             vertices,
             parts.garment.weights.len(),
+        ),
+        (
+            "rows of the garment's carriers",
+            vertices,
+            parts.garment.carriers().len(),
+        ),
+        (
+            "joints in the garment's carriers",
+            joints,
+            parts.garment.carriers().joint_count(),
         ),
         (
             "numbers in the garment's mask",

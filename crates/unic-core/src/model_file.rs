@@ -174,7 +174,8 @@ impl Model {
             character,
             garment: Garment {
                 rest: file.garment_mesh()?,
-                weights: file.weights("garment")?,
+                weights: file.weights("garment.skinning")?,
+                carriers: file.carriers()?,
                 mask: file.mask()?,
             },
             prior: file.prior()?,

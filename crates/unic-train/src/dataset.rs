@@ -9,7 +9,7 @@ use crate::{
     error::TrainError,
     fit::{Fit, FitClips},
     mirror::{MirrorMap, normalisation},
-    skinning::fitted_weights,
+    skinning::bind_to_motion,
 };
 use rayon::prelude::*;
 use unic_core::motion::{MotionSpec, Normalisation};
@@ -18,7 +18,8 @@ use unic_io::{Capture, Split};
 
 /// Clips of one fit with their normalised motion vectors. Test clips stay closed.
 pub struct Dataset {
-    /// Capture that the clips come from. Its garment has no mask where the state is root-relative.
+    /// Capture that the clips come from. Its garment has no mask where the state is root-relative, and
+    /// fitted weights where the settings ask for them.
     pub capture: Capture,
     /// Fit that the clips are for.
     pub fit: Fit,
@@ -71,7 +72,7 @@ impl Dataset {
             ..
         } = settings.model.state
         {
-            capture.garment.weights = fitted_weights(&capture.character, &capture.garment, &clips, mirror)?;
+            bind_to_motion(&capture.character, &mut capture.garment, &clips, mirror)?;
         }
         let mirror = mirror.then(|| MirrorMap::new(skeleton)).flatten();
         let vectors = clips

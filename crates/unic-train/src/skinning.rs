@@ -45,20 +45,19 @@ const FRAMES: usize = 4096;
 /// Number of vertices that are fitted together, whose positions lie side by side in a frame.
 const BLOCK: usize = 64;
 
-/// Fits skinning weights of the garment to what the clips show.
+/// Fits skinning weights of the garment to what the clips show. The given ones become its carriers.
 ///
-/// A joint that carries a vertex keeps a weight of at least [`MIN_CARRYING_WEIGHT`], as weights say
-/// which parts of the body push a vertex. Where the mask is below 1, the given weights keep their
-/// share. Weights of a symmetric garment are made symmetric where `mirror` asks for it.
+/// Where the mask is below 1, the given weights keep their share. Weights of a symmetric garment are
+/// made symmetric where `mirror` asks for it.
 ///
 /// # Errors
 /// None for clips of this character and garment.
-pub(crate) fn fitted_weights(
+pub(crate) fn bind_to_motion(
     character: &Character,
-    garment: &Garment,
+    garment: &mut Garment,
     clips: &[PreparedClip],
     mirror: bool,
-) -> Result<SkinningWeights, SurfaceMapError> {
+) -> Result<(), SurfaceMapError> {
     let joints = JointFrames::new(character, clips);
     let vertices: Vec<usize> = (0..garment.rest.vertices.len()).collect();
     let fit = |block: &[usize]| joints.fit_block(character, garment, clips, block);
@@ -69,7 +68,11 @@ pub(crate) fn fitted_weights(
         weights = blend(&weights, &other, |_| 0.5)?;
     }
     let weights = blend(&garment.weights, &weights, |vertex| garment.share(vertex))?;
-    Ok(sewn_weights(&weights, &garment.rest.vertices)?)
+    let weights = sewn_weights(&weights, &garment.rest.vertices)?;
+    let given = std::mem::replace(&mut garment.weights, weights);
+    // Smaller weights carry nothing, and take place in the model's file.
+    garment.carriers = Some(given.pruned(usize::MAX, MIN_CARRYING_WEIGHT));
+    Ok(())
 }
 
 /// Weights of the other side for a symmetric garment on a symmetric skeleton, none for others.
@@ -301,7 +304,7 @@ fn affine_product(t: &DMat4, u: &DMat4) -> DMat4 {
     DMat4::from_cols_array_2d(&u.map(|column| t.map(|row| row.dot(column))))
 }
 
-/// Least squares over weights that sum to 1 with lower bounds: ½ wᵀ H w − cᵀ w + ½ s |w − given|².
+/// Least squares over weights of at least 0 that sum to 1: ½ wᵀ H w − cᵀ w + ½ s |w − given|².
 struct SimplexProblem<'a> {
     /// H, symmetric.
     squares: Vec<Vec<f64>>,
@@ -340,9 +343,7 @@ impl SimplexProblem<'_> {
         let h = &self.squares;
         let curvature = h[to][to] + h[from][from] - 2.0 * h[to][from] + 2.0 * self.stiffness;
         let slope = self.slope(weights, to) - self.slope(weights, from);
-        let (least, most) = (self.bound(to) - weights[to], weights[from] - self.bound(from));
-        // Rounding may put a weight below its bound by less than it matters.
-        let step = (-slope / curvature).min(most).max(least);
+        let step = (-slope / curvature).clamp(-weights[to], weights[from]);
         weights[to] += step;
         weights[from] -= step;
         step
@@ -352,14 +353,6 @@ impl SimplexProblem<'_> {
         let products = self.squares[joint].iter().zip(weights);
         let squares: f64 = products.map(|(h, w)| h * w).sum();
         squares - self.targets[joint] + self.stiffness * (weights[joint] - self.given[joint])
-    }
-
-    /// Least weight of a joint: what its given weight has of [`MIN_CARRYING_WEIGHT`].
-    fn bound(&self, joint: usize) -> f64 {
-        match self.given[joint] >= f64::from(MIN_CARRYING_WEIGHT) {
-            true => f64::from(MIN_CARRYING_WEIGHT),
-            false => 0.0,
-        }
     }
 }
 

@@ -34,13 +34,13 @@ pub struct ContactFilter {
 }
 
 impl ContactFilter {
-    /// Makes the filter of a garment on a character.
+    /// Makes the filter of a garment on a character, from the garment's carriers.
     pub fn new(character: &Character, garment: &Garment) -> Self {
         let pushing = pushing_joints(character.skeleton.parents());
-        let mut pushing_vertices = JointSets::new(garment.weights.len(), pushing.len());
-        for vertex in 0..garment.weights.len() {
+        let mut pushing_vertices = JointSets::new(garment.carriers().len(), pushing.len());
+        for vertex in 0..garment.carriers().len() {
             let carriers = garment
-                .weights
+                .carriers()
                 .row(vertex)
                 .filter(|(_, w)| *w >= MIN_CARRYING_WEIGHT);
             let joints = carriers.flat_map(|(joint, _)| &pushing[joint]);

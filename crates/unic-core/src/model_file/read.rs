@@ -186,14 +186,14 @@ impl<'a> Source<'a> {
         Ok(Some(Replay::new(keys, library)))
     }
 
-    /// Reads the skinning weights of `garment` or `character`.
+    /// Reads the weights of `garment.skinning`, `garment.carriers` or `character.skinning`.
     ///
     /// `counts` holds the number of entries of each vertex; `joints` and `weights` hold the entries
     /// of all vertices.
     pub(super) fn weights(&self, owner: &str) -> Result<SkinningWeights, ModelFileError> {
-        let counts = self.read::<u32>(&format!("{owner}.skinning.counts"), Dtype::U32, &[0])?;
-        let joints = self.read::<u16>(&format!("{owner}.skinning.joints"), Dtype::U16, &[0])?;
-        let values = self.floats(&format!("{owner}.skinning.weights"), &joints.shape)?;
+        let counts = self.read::<u32>(&format!("{owner}.counts"), Dtype::U32, &[0])?;
+        let joints = self.read::<u16>(&format!("{owner}.joints"), Dtype::U16, &[0])?;
+        let values = self.floats(&format!("{owner}.weights"), &joints.shape)?;
         let (counts, joints) = (counts.numbers, joints.numbers);
         let joint_count = self.points("character.joints")?.len();
         let mut entries = joints.iter().map(|j| usize::from(*j)).zip(values);
@@ -201,7 +201,7 @@ impl<'a> Source<'a> {
         let total: u64 = counts.iter().map(|c| u64::from(*c)).sum();
         if total != joints.len() as u64 {
             let expected = format!("a sum of {} entries", joints.len());
-            return Err(unusable(&format!("{owner}.skinning.counts"), &expected, total));
+            return Err(unusable(&format!("{owner}.counts"), &expected, total));
         }
         // Collected, because all rows take from the same iterator.
         let rows: Vec<Vec<(usize, f32)>> = (counts.iter())
@@ -223,6 +223,12 @@ impl<'a> Source<'a> {
             std: self.vector("motion.std")?,
             limit: limit.map(|l| l[0]),
         })
+    }
+
+    pub(super) fn carriers(&self) -> Result<Option<SkinningWeights>, ModelFileError> {
+        let owner = "garment.carriers";
+        let has_carriers = self.has(&format!("{owner}.counts"));
+        has_carriers.then(|| self.weights(owner)).transpose()
     }
 
     pub(super) fn mask(&self) -> Result<Option<Vec<f32>>, ModelFileError> {
@@ -271,7 +277,7 @@ impl<'a> Source<'a> {
                 joints,
                 rest_pose: self.points("character.rest_pose")?,
             })?,
-            weights: self.weights("character")?,
+            weights: self.weights("character.skinning")?,
             file_mesh: self.file_mesh()?,
         })
     }

@@ -104,19 +104,9 @@ impl Tensors {
         let counts: Vec<u32> = (0..weights.len()).map(|v| weights.row(v).len() as u32).collect();
         let joints: Vec<u16> = rows().map(|(j, _)| j as u16).collect();
         let values: Vec<f32> = rows().map(|(_, w)| w).collect();
-        self.push(
-            &format!("{owner}.skinning.counts"),
-            Dtype::U32,
-            &[counts.len()],
-            &counts,
-        );
-        self.push(
-            &format!("{owner}.skinning.joints"),
-            Dtype::U16,
-            &[joints.len()],
-            &joints,
-        );
-        self.floats(&format!("{owner}.skinning.weights"), &values);
+        self.push(&format!("{owner}.counts"), Dtype::U32, &[counts.len()], &counts);
+        self.push(&format!("{owner}.joints"), Dtype::U16, &[joints.len()], &joints);
+        self.floats(&format!("{owner}.weights"), &values);
     }
 
     fn normalisation(&mut self, normalisation: &Normalisation) {
@@ -139,7 +129,7 @@ impl Tensors {
             &[parts.parents.len()],
             &parts.parents,
         );
-        self.weights("character", &character.weights);
+        self.weights("character.skinning", &character.weights);
         if let Some(mesh) = &character.file_mesh {
             let vertices = &mesh.body_vertices;
             self.push("character.file.vertices", Dtype::U32, &[vertices.len()], vertices);
@@ -205,7 +195,10 @@ impl Tensors {
             "garment.rest_box",
             &[b.centre.x, b.centre.y, b.centre.z, b.half_extent],
         );
-        self.weights("garment", &parts.garment.weights);
+        self.weights("garment.skinning", &parts.garment.weights);
+        if let Some(carriers) = &parts.garment.carriers {
+            self.weights("garment.carriers", carriers);
+        }
         if let Some(mask) = &parts.garment.mask {
             self.floats("garment.mask", mask);
         }

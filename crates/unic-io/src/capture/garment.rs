@@ -75,6 +75,7 @@ pub(super) fn read(root: &Path, character: &Character) -> Result<GarmentFiles> {
         garment: Garment {
             rest,
             weights,
+            carriers: None,
             mask: arrays.mask,
         },
         weights_source,

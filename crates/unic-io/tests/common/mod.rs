@@ -68,6 +68,7 @@ pub(crate) fn small_garment() -> Garment {
             }),
         },
         weights: SkinningWeights::from_dense(&[1.0, 0.0, 0.5, 0.5, 0.75, 0.25, 0.0, 1.0], 4, 2).unwrap(),
+        carriers: None,
         mask: Some(vec![1.0, 0.0, 0.25, 1.0]),
     }
 }
