@@ -12,10 +12,13 @@
 //! joints, which all vertices share, and vectors Σ T_jᵀ x of a vertex and a joint. Positions are
 //! relative to the root joint, which changes no error as weights sum to 1.
 
+mod simplex;
+
 use crate::mirror::mirrored_surface;
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use rayon::prelude::*;
-use std::{collections::BTreeMap, ops::ControlFlow};
+use simplex::SimplexProblem;
+use std::collections::BTreeMap;
 use unic_core::{
     character::{Character, Garment},
     intersection::MIN_CARRYING_WEIGHT,
@@ -29,7 +32,7 @@ use unic_io::joint_names::counterparts;
 /// Error, RMS in metres, that justifies a change of one vertex's weights by a norm of 1.
 ///
 /// Weights of joints that have not moved against each other are not determined, and stay as they are.
-/// A third of it and three times as much change the error of motions left out by less than 1 %.
+/// Between 0.005 and 0.016 the error on motions left out changes by less than half a percent.
 const WEIGHT_CHANGE_M: f64 = 0.01;
 
 /// Generations of ancestors that a vertex may be bound to, beside the joints of its given weights.
@@ -303,58 +306,3 @@ fn affine_product(t: &DMat4, u: &DMat4) -> DMat4 {
     let (t, u) = (rows(t), rows(u));
     DMat4::from_cols_array_2d(&u.map(|column| t.map(|row| row.dot(column))))
 }
-
-/// Least squares over weights of at least 0 that sum to 1: ½ wᵀ H w − cᵀ w + ½ s |w − given|².
-struct SimplexProblem<'a> {
-    /// H, symmetric.
-    squares: Vec<Vec<f64>>,
-    /// c.
-    targets: Vec<f64>,
-    given: &'a [f64],
-    /// s.
-    stiffness: f64,
-}
-
-impl SimplexProblem<'_> {
-    /// Smallest step that counts.
-    const TOLERANCE: f64 = 1e-7;
-    /// Largest number of passes over the pairs.
-    const PASSES: usize = 500;
-
-    /// Improves feasible weights by moving weight between two joints at a time, which keeps the sum,
-    /// until no pair gains (Platt 1998, *Sequential Minimal Optimization*, section 2.1).
-    fn solve(&self, weights: &mut [f64]) {
-        let _ = (0..Self::PASSES).try_for_each(|_| {
-            let mut largest = 0.0f64;
-            for to in 1..weights.len() {
-                for from in 0..to {
-                    largest = largest.max(self.exchange(weights, to, from).abs());
-                }
-            }
-            match largest > Self::TOLERANCE {
-                true => ControlFlow::Continue(()),
-                false => ControlFlow::Break(()),
-            }
-        });
-    }
-
-    /// Moves weight from one joint to another up to the minimum or to a bound. Returns how much.
-    fn exchange(&self, weights: &mut [f64], to: usize, from: usize) -> f64 {
-        let h = &self.squares;
-        let curvature = h[to][to] + h[from][from] - 2.0 * h[to][from] + 2.0 * self.stiffness;
-        let slope = self.slope(weights, to) - self.slope(weights, from);
-        let step = (-slope / curvature).clamp(-weights[to], weights[from]);
-        weights[to] += step;
-        weights[from] -= step;
-        step
-    }
-
-    fn slope(&self, weights: &[f64], joint: usize) -> f64 {
-        let products = self.squares[joint].iter().zip(weights);
-        let squares: f64 = products.map(|(h, w)| h * w).sum();
-        squares - self.targets[joint] + self.stiffness * (weights[joint] - self.given[joint])
-    }
-}
-
-#[cfg(test)]
-mod tests;
