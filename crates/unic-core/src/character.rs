@@ -110,9 +110,9 @@ pub struct Garment {
     pub rest: TriMesh,
     /// Skinning weights over the character's joints, one row for each garment vertex.
     pub weights: SkinningWeights,
-    /// Weights of the joints that carry each vertex, which say what parts of the body push it. None:
-    /// those of `weights`. Weights that are fitted to motion may bind a skirt to the pelvis alone,
-    /// and the legs push it all the same.
+    /// Skinning weights of the capture where `weights` are others, one row for each garment vertex.
+    /// They carry the garment around the body: they say what parts of the body push a vertex, and
+    /// where intersection handling finds a way out of a limb. None: those of `weights`.
     pub carriers: Option<SkinningWeights>,
     /// Weight of the model's displacement at each vertex, in [0, 1]: at 0 the vertex is where
     /// skinning puts the rest shape. None means 1 everywhere.
@@ -130,7 +130,7 @@ impl Garment {
         }
     }
 
-    /// Weights of the joints that carry each vertex.
+    /// Returns the weights that carry the garment around the body, one row for each garment vertex.
     pub fn carriers(&self) -> &SkinningWeights {
         self.carriers.as_ref().unwrap_or(&self.weights)
     }

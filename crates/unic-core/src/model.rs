@@ -319,8 +319,8 @@ impl Model {
 
     /// Returns the same model with a mask on its displacements from skinning.
     ///
-    /// `mask` has one number a vertex, from 1 (the model) to 0 (the skinned rest shape). It
-    /// multiplies a mask that the model has already.
+    /// `mask` has one number a vertex, from 1 (the model) to 0 (the rest shape, skinned by the
+    /// garment's [carriers](Garment::carriers)). It multiplies a mask that the model has already.
     ///
     /// # Errors
     /// Another number of values than vertices, values outside [0, 1], a root-relative state.
@@ -333,6 +333,16 @@ impl Model {
             });
         }
         let mut parts = self.to_parts();
+        if let Some(carriers) = &self.garment.carriers {
+            // Weights that are fitted to motion leave a raised arm; what skins the garment does not.
+            // The new model refuses numbers below 0, above 1 and NaN, which no weights have here.
+            let share = |vertex: usize| match mask[vertex] > 0.0 {
+                true => mask[vertex].min(1.0),
+                false => 0.0,
+            };
+            let blended = carriers.blended(&self.garment.weights, share);
+            parts.garment.weights = blended.map_err(SurfaceMapError::from)?;
+        }
         let share = |(vertex, m): (usize, &f32)| m * self.garment.share(vertex);
         parts.garment.mask = Some(mask.iter().enumerate().map(share).collect());
         // Nothing to mask without components, but a chunk may not be empty.
@@ -346,8 +356,8 @@ impl Model {
 
     /// Returns the same model on another mesh of the same garment, in the same rest space.
     ///
-    /// The field needs no mesh: its inputs belong to a point. Skinning weights, the mask and the
-    /// prior are interpolated at the closest points of the rest shape that the model was trained
+    /// The field needs no mesh: its inputs belong to a point. Skinning weights, carriers, the mask and
+    /// the prior are interpolated at the closest points of the rest shape that the model was trained
     /// on.
     ///
     /// # Errors

@@ -4,6 +4,7 @@
 
 use crate::transform::Rigid;
 use glam::{Mat3A, Quat, Vec3, Vec3A};
+use std::collections::BTreeMap;
 use thiserror::Error;
 
 /// Sparse skinning weights: for every vertex the joints that move it, with weights that sum to one.
@@ -197,6 +198,36 @@ impl SkinningWeights {
         pruned
     }
 
+    /// Returns weights that pass to `other` by a share of each vertex, 0 to 1. Rows with a share of 0
+    /// or 1 keep their bits.
+    ///
+    /// Linear blend skinning is linear in the weights: it puts a vertex between its two places.
+    ///
+    /// # Errors
+    /// Fails where both rows of a vertex underflow to nothing, which finite weights do not.
+    ///
+    /// # Panics
+    /// When `other` has fewer vertices.
+    pub fn blended(&self, other: &Self, share: impl Fn(usize) -> f32) -> Result<Self, WeightsError> {
+        let rows = (0..self.len()).map(|vertex| {
+            let row: Vec<(usize, f32)> = match share(vertex) {
+                0.0 => self.row(vertex).collect(),
+                1.0 => other.row(vertex).collect(),
+                share => {
+                    // In the order of the joints.
+                    let mut sums = BTreeMap::new();
+                    for (weights, part) in [(self, 1.0 - share), (other, share)] {
+                        let row = weights.row(vertex);
+                        row.for_each(|(joint, w)| *sums.entry(joint).or_insert(0.0) += part * w);
+                    }
+                    sums.into_iter().collect()
+                }
+            };
+            row.into_iter()
+        });
+        Self::from_rows(self.joint_count, rows)
+    }
+
     /// Computes the position of one vertex by linear blend skinning: Σ_j w_j · world_from_rest_j
     /// (rest), metres.
     pub fn position(&self, vertex: usize, rest: Vec3, world_from_rest: &[Rigid]) -> Vec3 {
@@ -301,6 +332,18 @@ mod tests {
         assert_eq!(weights.to_dense(), [1.0, 0.0, 0.5, 0.5, 0.25, 0.75]);
         assert_eq!(weights.pruned(1, 0.0).to_dense(), [1.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
         assert_eq!(weights.pruned(2, 0.3).to_dense()[4..], [0.0, 1.0]);
+    }
+
+    #[test]
+    fn blended_weights_skin_a_vertex_between_both_places() {
+        let (weights, transforms) = two_joints();
+        let other = SkinningWeights::from_dense(&[0.0, 1.0, 0.9, 0.1, 0.5, 0.5], 3, 2).unwrap();
+        let shares = [0.0, 1.0, 0.3];
+        let blended = weights.blended(&other, |vertex| shares[vertex]).unwrap();
+        assert!(blended.row(0).eq(weights.row(0)) && blended.row(1).eq(other.row(1)));
+        let place = |weights: &SkinningWeights| weights.position(2, Vec3::ONE, &transforms);
+        let expected = place(&weights).lerp(place(&other), 0.3);
+        assert!(place(&blended).distance(expected) < 1e-6);
     }
 
     #[test]

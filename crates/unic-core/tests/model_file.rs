@@ -26,6 +26,10 @@ use unic_core::{
 fn full_parts() -> ModelParts {
     let mut parts = parts(&variant("second order"));
     parts.garment.mask = Some(graded(13, 12));
+    let weights = &parts.garment.weights;
+    let joints = weights.joint_count();
+    let turned = (0..weights.len()).map(|v| weights.row(v).map(move |(j, w)| ((j + 1) % joints, w)));
+    parts.garment.carriers = Some(SkinningWeights::from_rows(joints, turned).unwrap());
     parts.garment.rest.uvs = Some(Uvs {
         coordinates: parts
             .garment

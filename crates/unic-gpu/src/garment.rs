@@ -19,6 +19,8 @@ use wgpu::Buffer;
 #[derive(Debug)]
 pub(crate) struct Garment {
     pub(crate) mesh: Mesh,
+    /// The mesh with the garment's carriers in place of its weights.
+    carried: Mesh,
     /// Principal components of the prior.
     components: Buffer,
     prepare: Kernel,
@@ -66,6 +68,7 @@ impl Garment {
         let stride = ("STRIDE", shape.stride(model.vertex_count()) as f64);
         Self {
             mesh: Mesh::new(context, &garment.rest, &garment.weights, &prior.mean),
+            carried: Mesh::new(context, &garment.rest, garment.carriers(), &[]),
             components: context.upload("components", &planar_components(model)),
             prepare: kernel("prepare", &[&prior_constants[..], &[stride]].concat()),
             rebase_states: kernel("rebase_states", &prior_constants),
@@ -166,6 +169,8 @@ impl Garment {
     pub(crate) fn write_positions(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
         let bindings = [
             (0, &buffers.tick),
+            (1, &self.carried.vertices),
+            (2, &self.carried.weights),
             (5, &buffers.points),
             (6, &buffers.states),
             (9, &buffers.shown),

@@ -111,10 +111,10 @@ pub enum StateSettings {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SkinningSource {
-    /// Those of the capture.
+    /// Weights of the capture.
     #[default]
     Given,
-    /// Fitted to the motion of the garment in the training clips, from those of the capture.
+    /// Weights that are fitted to the garment's motion in the training clips, from those of the capture.
     Fitted,
 }
 

@@ -10,7 +10,8 @@
 //!
 //! Squares of the error need no frame again once their sums are known: 4 × 4 matrices Σ T_jᵀ T_k of two
 //! joints, which all vertices share, and vectors Σ T_jᵀ x of a vertex and a joint. Positions are
-//! relative to the root joint, which changes no error as weights sum to 1.
+//! relative to the root joint, which changes no error as weights sum to 1. The model turns displacements
+//! by blended quaternions and skins the rest shape, so the minimum is nearly that of its prior.
 
 mod simplex;
 
@@ -22,7 +23,7 @@ use std::collections::BTreeMap;
 use unic_core::{
     character::{Character, Garment},
     intersection::MIN_CARRYING_WEIGHT,
-    skinning::{SkinningWeights, WeightsError},
+    skinning::SkinningWeights,
     surface_map::SurfaceMapError,
     weights::sewn_weights,
 };
@@ -46,12 +47,19 @@ const ROUNDS: usize = 8;
 const FRAMES: usize = 4096;
 
 /// Number of vertices that are fitted together, whose positions lie side by side in a frame.
-const BLOCK: usize = 64;
+const BLOCK: usize = 256;
 
-/// Fits skinning weights of the garment to what the clips show. The given ones become its carriers.
+/// Largest number of joints of a vertex, before and after the fit. Those of before count without
+/// their ancestors.
+const MOST_JOINTS: usize = 8;
+
+/// Smaller weights are left out: they move a vertex by less than a millimetre.
+const LEAST_WEIGHT: f32 = 1e-3;
+
+/// Fits skinning weights of the garment to what the clips show. Those of before become its carriers.
 ///
-/// Where the mask is below 1, the given weights keep their share. Weights of a symmetric garment are
-/// made symmetric where `mirror` asks for it.
+/// Where the mask is below 1, the weights of before keep their share. Weights of a symmetric garment
+/// are made symmetric where `mirror` asks for it.
 ///
 /// # Errors
 /// None for clips of this character and garment.
@@ -61,24 +69,25 @@ pub(crate) fn bind_to_motion(
     clips: &[PreparedClip],
     mirror: bool,
 ) -> Result<(), SurfaceMapError> {
+    let given = garment.carriers().clone();
     let joints = JointFrames::new(character, clips);
-    let vertices: Vec<usize> = (0..garment.rest.vertices.len()).collect();
+    let vertices: Vec<usize> = (0..given.len()).collect();
     let fit = |block: &[usize]| joints.fit_block(character, garment, clips, block);
     let rows: Vec<Vec<Vec<(usize, f32)>>> = vertices.par_chunks(BLOCK).map(fit).collect();
     let rows = rows.into_iter().flatten().map(Vec::into_iter);
     let mut weights = SkinningWeights::from_rows(character.skeleton.len(), rows)?;
     if mirror && let Some(other) = mirror_image(character, garment, &weights)? {
-        weights = blend(&weights, &other, |_| 0.5)?;
+        weights = weights.blended(&other, |_| 0.5)?;
     }
-    let weights = blend(&garment.weights, &weights, |vertex| garment.share(vertex))?;
-    let weights = sewn_weights(&weights, &garment.rest.vertices)?;
-    let given = std::mem::replace(&mut garment.weights, weights);
-    // Smaller weights carry nothing, and take place in the model's file.
-    garment.carriers = Some(given.pruned(usize::MAX, MIN_CARRYING_WEIGHT));
+    let weights = weights.pruned(MOST_JOINTS, LEAST_WEIGHT);
+    let weights = given.blended(&weights, |vertex| garment.share(vertex))?;
+    garment.weights = sewn_weights(&weights, &garment.rest.vertices)?;
+    garment.carriers = Some(given);
     Ok(())
 }
 
-/// Weights of the other side for a symmetric garment on a symmetric skeleton, none for others.
+/// Weights of the other side for a symmetric garment on a skeleton whose joints name their sides, none
+/// for others.
 fn mirror_image(
     character: &Character,
     garment: &Garment,
@@ -94,35 +103,9 @@ fn mirror_image(
     Ok(Some(SkinningWeights::from_rows(weights.joint_count(), rows)?))
 }
 
-/// Weights with a share of the second ones. Rows with a share of 0 or 1 keep their bits.
-fn blend(
-    first: &SkinningWeights,
-    second: &SkinningWeights,
-    share: impl Fn(usize) -> f32,
-) -> Result<SkinningWeights, WeightsError> {
-    let rows = (0..first.len()).map(|vertex| {
-        let row: Vec<(usize, f32)> = match share(vertex) {
-            0.0 => first.row(vertex).collect(),
-            1.0 => second.row(vertex).collect(),
-            share => {
-                let mut sums = BTreeMap::new();
-                let parts = [(first, 1.0 - share), (second, share)];
-                for (weights, part) in parts {
-                    for (joint, w) in weights.row(vertex) {
-                        *sums.entry(joint).or_insert(0.0) += part * w;
-                    }
-                }
-                sums.into_iter().collect()
-            }
-        };
-        row.into_iter()
-    });
-    SkinningWeights::from_rows(first.joint_count(), rows)
-}
-
 /// Joints in the frames that are summed.
 struct JointFrames {
-    /// Clip and frame of each.
+    /// Clip and frame of each frame that is summed.
     frames: Vec<(usize, usize)>,
     /// Place of the root joint in each frame, metres.
     roots: Vec<DVec3>,
@@ -171,9 +154,17 @@ impl JointFrames {
             products: Vec::new(),
             deforms,
         };
-        joints.products = (0..joint_count * joint_count)
+        // Half of the pairs, because T_kᵀ T_j is the transpose of T_jᵀ T_k.
+        let upper: Vec<Vec<DMat4>> = (0..joint_count)
             .into_par_iter()
-            .map(|pair| joints.product(pair / joint_count, pair % joint_count))
+            .map(|j| (j..joint_count).map(|k| joints.product(j, k)).collect())
+            .collect();
+        let product = |j: usize, k: usize| match j <= k {
+            true => upper[j][k - j],
+            false => upper[k][j - k].transpose(),
+        };
+        joints.products = (0..joint_count * joint_count)
+            .map(|pair| product(pair / joint_count, pair % joint_count))
             .collect();
         joints
     }
@@ -193,7 +184,7 @@ impl JointFrames {
         clips: &[PreparedClip],
         vertices: &[usize],
     ) -> Vec<Vec<(usize, f32)>> {
-        let binding = |vertex: &usize| self.binding(character, &garment.weights, *vertex);
+        let binding = |vertex: &usize| self.binding(character, garment.carriers(), *vertex);
         let mut bindings: Vec<Binding> = vertices.iter().map(binding).collect();
         for (index, &(clip, frame)) in self.frames.iter().enumerate() {
             let posed = &self.posed[index * self.joint_count..];
@@ -208,22 +199,24 @@ impl JointFrames {
             .collect()
     }
 
-    /// Joints that a vertex may be bound to.
+    /// Joints that a vertex may be bound to: the heaviest of before, and ancestors that move the body.
     fn binding(&self, character: &Character, weights: &SkinningWeights, vertex: usize) -> Binding {
         let parents = character.skeleton.parents();
-        let mut given = vec![None; self.joint_count];
-        for (joint, w) in weights.row(vertex) {
-            given[joint] = Some(f64::from(w));
-        }
-        for (joint, _) in weights.row(vertex).filter(|(_, w)| *w >= MIN_CARRYING_WEIGHT) {
+        let kept = || {
+            let row = weights.row(vertex).take(MOST_JOINTS).enumerate();
+            row.filter(|(rank, (_, w))| *rank == 0 || *w >= MIN_CARRYING_WEIGHT)
+                .map(|(_, entry)| entry)
+        };
+        let sum: f64 = kept().map(|(_, w)| f64::from(w)).sum();
+        let mut given: BTreeMap<usize, f64> = kept().map(|(joint, w)| (joint, f64::from(w) / sum)).collect();
+        for (joint, _) in kept() {
             let ancestors = std::iter::successors(parents[joint], |above| parents[*above]);
-            for above in ancestors.take(GENERATIONS).filter(|above| self.deforms[*above]) {
-                given[above].get_or_insert(0.0);
-            }
+            let moving = ancestors.filter(|above| self.deforms[*above]);
+            moving.take(GENERATIONS).for_each(|above| {
+                given.entry(above).or_insert(0.0);
+            });
         }
-        let given = given.into_iter().enumerate();
-        let (joints, given): (Vec<usize>, Vec<f64>) =
-            given.filter_map(|(joint, w)| Some((joint, w?))).unzip();
+        let (joints, given): (Vec<usize>, Vec<f64>) = given.into_iter().unzip();
         Binding {
             moments: vec![DVec4::ZERO; joints.len()],
             joints,
@@ -234,18 +227,17 @@ impl JointFrames {
     /// Fits one vertex: its row of (joint, weight).
     fn fit(&self, garment: &Garment, vertex: usize, binding: &Binding) -> Vec<(usize, f32)> {
         if binding.joints.len() < 2 || self.frames.is_empty() {
-            return garment.weights.row(vertex).collect();
+            return garment.carriers().row(vertex).collect();
         }
         let Binding {
             joints,
             given,
             moments,
         } = binding;
-        let mut shape = garment.rest.vertices[vertex].as_dvec3() - self.centre;
+        let rest = garment.rest.vertices[vertex].as_dvec3() - self.centre;
         let mut weights = given.clone();
         for _ in 0..ROUNDS {
-            shape = self.shape(binding, &weights, shape);
-            let point = shape.extend(1.0);
+            let point = self.shape(binding, &weights, rest).extend(1.0);
             let square = |j: usize, k: usize| point.dot(self.products[j * self.joint_count + k] * point);
             let row = |&j: &usize| joints.iter().map(|&k| square(j, k)).collect();
             let problem = SimplexProblem {
@@ -261,11 +253,11 @@ impl JointFrames {
     }
 
     /// Shape of a vertex, relative to the root joint, with the least squares under given weights. A
-    /// thousandth of the frames' weight holds it where it is, for poses that leave it open.
-    fn shape(&self, binding: &Binding, weights: &[f64], shape: DVec3) -> DVec3 {
+    /// thousandth of the frames' weight holds it to the rest shape, for motion that leaves it open.
+    fn shape(&self, binding: &Binding, weights: &[f64], rest: DVec3) -> DVec3 {
         let Binding { joints, moments, .. } = binding;
         let hold = 1e-3 * self.frames.len() as f64;
-        let (mut normal, mut right) = (DMat3::from_diagonal(DVec3::splat(hold)), hold * shape);
+        let (mut normal, mut right) = (DMat3::from_diagonal(DVec3::splat(hold)), hold * rest);
         for (&j, (&w, moment)) in joints.iter().zip(weights.iter().zip(moments)) {
             right += w * moment.truncate();
             for (&k, &other) in joints.iter().zip(weights) {
@@ -281,9 +273,9 @@ impl JointFrames {
 
 /// Joints that a vertex may be bound to, and what the frames say of them.
 struct Binding {
-    /// In ascending order.
+    /// Joints in ascending order.
     joints: Vec<usize>,
-    /// Their given weights.
+    /// Weights of before, which sum to 1.
     given: Vec<f64>,
     /// Σ T_jᵀ x over the frames for each of them.
     moments: Vec<DVec4>,

@@ -88,10 +88,10 @@ pub struct CollisionScene<'a> {
     pub skinned: Option<SkinnedGarment<'a>>,
 }
 
-/// Garment that moves by linear blend skinning alone.
+/// Garment that moves by linear blend skinning alone, with its carriers.
 #[derive(Clone, Copy, Debug)]
 pub struct SkinnedGarment<'a> {
-    /// Garment with its rest shape and weights.
+    /// Garment with its rest shape and carriers.
     pub garment: &'a Garment,
     /// Transforms of the joints, in the frame of the scene.
     pub world_from_rest: &'a [Rigid],
@@ -102,8 +102,10 @@ pub struct SkinnedGarment<'a> {
 impl SkinnedGarment<'_> {
     /// Returns the skinned position of a vertex, metres.
     fn position(&self, vertex: usize) -> Vec3 {
-        let Garment { weights, rest, .. } = self.garment;
-        weights.position(vertex, rest.vertices[vertex], self.world_from_rest)
+        let rest = self.garment.rest.vertices[vertex];
+        self.garment
+            .carriers()
+            .position(vertex, rest, self.world_from_rest)
     }
 }
 

@@ -146,8 +146,8 @@ fn write_positions(@builtin(global_invocation_id) id: vec3<u32>) {
     shown[6u * i] = world.x;
     shown[6u * i + 1u] = world.y;
     shown[6u * i + 2u] = world.z;
-    let skinned = points[i].now;
-    shown[6u * i + 3u] = skinned.x;
-    shown[6u * i + 4u] = skinned.y;
-    shown[6u * i + 5u] = skinned.z;
+    let carried = skinned(vertices[i]);
+    shown[6u * i + 3u] = carried.x;
+    shown[6u * i + 4u] = carried.y;
+    shown[6u * i + 5u] = carried.z;
 }

@@ -215,3 +215,16 @@ fn learning_rate_comes_near_its_setting_in_any_number_of_steps() {
         }
     }
 }
+
+#[test]
+fn runs_of_earlier_versions_keep_the_weights_of_the_capture() {
+    let mut settings = serde_json::to_value(TrainConfig::preset(Preset::Standard)).unwrap();
+    let displacement = &mut settings["model"]["state"]["displacement"];
+    assert_eq!(displacement["skinning"], "fitted");
+    displacement.as_object_mut().unwrap().remove("skinning");
+    let config: TrainConfig = serde_json::from_value(settings).unwrap();
+    let StateSettings::Displacement { skinning, .. } = config.model.state else {
+        panic!("standard's state is a displacement");
+    };
+    assert_eq!(skinning, SkinningSource::Given);
+}
