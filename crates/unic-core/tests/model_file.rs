@@ -20,6 +20,7 @@ use unic_core::{
     model::ModelParts,
     model_file::{FORMAT_VERSION, Integrity, verify_checksum},
     projection::{StrainLimit, limited_pairs},
+    skinning::SkinningWeights,
 };
 
 /// A small model with every optional tensor.

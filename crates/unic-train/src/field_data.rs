@@ -148,8 +148,8 @@ impl FieldData {
     ///
     /// The prior of the first fit is one of those without a motion, by which the prior of the
     /// second fit was judged. So the prior's training, which takes longest, is done once. Both fits
-    /// share the scale of the motion vectors, the principal components, and the coefficients of the
-    /// clips that both train on.
+    /// share the skinning weights, the scale of the motion vectors, the principal components, and the
+    /// coefficients of the clips that both train on.
     fn holding_out(mut self, settings: &TrainConfig, prior: Prior) -> Self {
         let is_drawn = |clip: &PreparedClip| self.validation.iter().any(|v| v.name() == clip.name());
         let drawn: Vec<bool> = self.clips.iter().map(is_drawn).collect();
