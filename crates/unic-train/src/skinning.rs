@@ -202,14 +202,10 @@ impl JointFrames {
     /// Joints that a vertex may be bound to: the heaviest of before, and ancestors that move the body.
     fn binding(&self, character: &Character, weights: &SkinningWeights, vertex: usize) -> Binding {
         let parents = character.skeleton.parents();
-        let kept = || {
-            let row = weights.row(vertex).take(MOST_JOINTS).enumerate();
-            row.filter(|(rank, (_, w))| *rank == 0 || *w >= MIN_CARRYING_WEIGHT)
-                .map(|(_, entry)| entry)
-        };
+        let kept = || weights.row(vertex).take(MOST_JOINTS);
         let sum: f64 = kept().map(|(_, w)| f64::from(w)).sum();
         let mut given: BTreeMap<usize, f64> = kept().map(|(joint, w)| (joint, f64::from(w) / sum)).collect();
-        for (joint, _) in kept() {
+        for (joint, _) in kept().filter(|(_, w)| *w >= MIN_CARRYING_WEIGHT) {
             let ancestors = std::iter::successors(parents[joint], |above| parents[*above]);
             let moving = ancestors.filter(|above| self.deforms[*above]);
             moving.take(GENERATIONS).for_each(|above| {
