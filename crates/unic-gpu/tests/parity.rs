@@ -14,7 +14,7 @@ use device::{context, gpu_animator};
 use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{Animator, Model, Start, config::*, intersection::Handling};
-use unic_gpu::{GpuAnimator, Precision, wgpu::Features};
+use unic_gpu::{GpuAnimator, GpuContext, Precision, wgpu::Features};
 
 const FRAMES: usize = 61;
 
@@ -111,6 +111,14 @@ fn tight(variant: &str) -> Arc<Model> {
     Arc::new(Model::new(parts).unwrap())
 }
 
+/// The same model with weights of the heaviest joint alone, and its former weights as carriers.
+fn carried(model: &Model) -> Arc<Model> {
+    let mut parts = model.to_parts();
+    let weights = parts.garment.weights.pruned(1, 0.0);
+    parts.garment.carriers = Some(std::mem::replace(&mut parts.garment.weights, weights));
+    Arc::new(Model::new(parts).unwrap())
+}
+
 /// Number of vertices that a mode moves on the CPU, summed over the frames of a clip.
 fn moved(model: &Arc<Model>, mode: IntersectionMode, frames: usize) -> usize {
     let poses = common::motion(frames);
@@ -156,14 +164,21 @@ fn the_papers_intersection_handling_agrees_with_the_cpu() {
 fn the_robust_handling_of_each_vertex_agrees_with_the_cpu() {
     let Some(context) = context() else { return };
     let model = tight("second order");
+    let carried = carried(&model);
+    for model in [model, carried] {
+        compare_robust_handling(&context, &model);
+    }
+}
+
+fn compare_robust_handling(context: &GpuContext, model: &Arc<Model>) {
     let (character, garment) = (model.character(), model.garment());
     let mode = IntersectionMode::Robust {
         margin_m: 0.003,
         corrects: Corrects::Display,
     };
     let mut handling = Handling::new(mode, character, garment);
-    let mut cpu = Animator::new(Arc::clone(&model));
-    let mut gpu = gpu_animator(&context, &model, Precision::F32);
+    let mut cpu = Animator::new(Arc::clone(model));
+    let mut gpu = gpu_animator(context, model, Precision::F32);
     gpu.set_intersection(mode).unwrap();
     let poses = common::motion(FRAMES);
     let (mut body, mut largest, mut moved, mut retracted) = (Vec::new(), 0f32, 0, 0);
@@ -182,7 +197,7 @@ fn the_robust_handling_of_each_vertex_agrees_with_the_cpu() {
             unreachable!("the mode above");
         };
         let found = gpu.read_back().unwrap().positions;
-        let skinned = common::skinned_garment(&model, input.pose);
+        let skinned = common::skinned_garment(model, input.pose);
         for (vertex, (&p, found)) in cpu.garment().positions.iter().zip(found).enumerate() {
             let mut seed = Handling::NO_SEED;
             let nearest = rule.correct(posed, vertex, p, &mut seed);

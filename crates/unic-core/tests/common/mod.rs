@@ -537,13 +537,13 @@ pub fn input(poses: &[Pose], t: usize) -> StepInput<'_> {
     }
 }
 
-/// Returns the positions of a garment by linear blend skinning alone.
+/// Returns the positions of a garment by linear blend skinning alone, with its carriers.
 pub fn skinned_garment(model: &Model, pose: &Pose) -> Vec<Vec3> {
     let (skeleton, garment) = (&model.character().skeleton, model.garment());
     let (mut joints, mut world_from_rest, mut positions) = (Vec::new(), Vec::new(), Vec::new());
     skeleton.forward_kinematics(pose, &mut joints);
     skeleton.world_from_rest(&joints, &mut world_from_rest);
-    (garment.weights).skin(&garment.rest.vertices, &world_from_rest, &mut positions);
+    (garment.carriers()).skin(&garment.rest.vertices, &world_from_rest, &mut positions);
     positions
 }
 
