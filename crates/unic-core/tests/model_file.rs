@@ -356,7 +356,7 @@ fn a_misspelt_tensor_is_named() {
     });
     assert_eq!(
         names.len(),
-        2 * (3 + 5 + 1 + 5 + 1) + 1 + 4 + 3 + 5 + 3 + 3 + 5 + 3 + 1,
+        2 * (3 + 5 + 1 + 5 + 1) + 1 + 4 + 3 + 3 + 5 + 3 + 3 + 5 + 3 + 1,
         "{names:?}"
     );
     for name in names {
