@@ -49,16 +49,15 @@ const FRAMES: usize = 4096;
 /// Number of vertices that are fitted together, whose positions lie side by side in a frame.
 const BLOCK: usize = 256;
 
-/// Largest number of joints of a vertex, before and after the fit. Those of before count without
-/// their ancestors.
+/// Largest number of joints of a vertex, before and after the fit. Ancestors do not count before it.
 const MOST_JOINTS: usize = 8;
 
 /// Smaller weights are left out: they move a vertex by less than a millimetre.
 const LEAST_WEIGHT: f32 = 1e-3;
 
-/// Fits skinning weights of the garment to what the clips show. Those of before become its carriers.
+/// Fits skinning weights of the garment to what the clips show. The former ones become its carriers.
 ///
-/// Where the mask is below 1, the weights of before keep their share. Weights of a symmetric garment
+/// Where the mask is below 1, the former weights keep their share. Weights of a symmetric garment
 /// are made symmetric where `mirror` asks for it.
 ///
 /// # Errors
@@ -199,7 +198,7 @@ impl JointFrames {
             .collect()
     }
 
-    /// Joints that a vertex may be bound to: the heaviest of before, and ancestors that move the body.
+    /// Joints that a vertex may be bound to: its heaviest ones, and ancestors that move the body.
     /// Without joints of little weight the error on motions left out grows by up to 1.4 %.
     fn binding(&self, character: &Character, weights: &SkinningWeights, vertex: usize) -> Binding {
         let parents = character.skeleton.parents();
@@ -272,7 +271,7 @@ impl JointFrames {
 struct Binding {
     /// Joints in ascending order.
     joints: Vec<usize>,
-    /// Weights of before, which sum to 1.
+    /// Former weights, which sum to 1.
     given: Vec<f64>,
     /// Σ T_jᵀ x over the frames for each of them.
     moments: Vec<DVec4>,
