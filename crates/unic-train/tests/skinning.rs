@@ -45,9 +45,33 @@ fn misbound() -> (Figure, Vec<(Take, Split)>) {
     (figure, takes)
 }
 
-fn fitted(figure: &Figure, takes: &[(Take, Split)], source: SkinningSource) -> Dataset {
+fn dataset_with(figure: &Figure, takes: &[(Take, Split)], source: SkinningSource) -> Dataset {
     let (_folder, capture) = unic_testdata::capture(figure, takes);
     Dataset::load(capture, &settings(source), Fit::HeldOut).unwrap()
+}
+
+/// Garment with fitted weights.
+fn fitted(figure: &Figure, takes: &[(Take, Split)]) -> Garment {
+    dataset_with(figure, takes, SkinningSource::Fitted)
+        .capture
+        .garment
+}
+
+/// Model with fitted weights.
+fn model(figure: &Figure, takes: &[(Take, Split)]) -> Model {
+    let (_folder, capture) = unic_testdata::capture(figure, takes);
+    let config = settings(SkinningSource::Fitted);
+    let data = FieldData::prepare(capture, &config, Fit::HeldOut).unwrap();
+    Trainer::new(data, config).unwrap().model().unwrap()
+}
+
+/// Weights with those of the hip on the chest.
+fn moved_to_chest(weights: &SkinningWeights) -> SkinningWeights {
+    let dense = weights.to_dense();
+    let rows = dense.chunks_exact(JOINTS);
+    let moved = rows.flat_map(|w| [0.0, w[0] + w[1], w[2], w[3], w[4], w[5]]);
+    let moved: Vec<f32> = moved.collect();
+    SkinningWeights::from_dense(&moved, weights.len(), JOINTS).unwrap()
 }
 
 /// RMS distance of the skinned rest shape from what clips show that the fit has not seen, metres.
@@ -75,8 +99,8 @@ fn error_m(data: &Dataset, garment: &Garment) -> f32 {
 #[test]
 fn weights_that_the_garment_moves_with_are_found() {
     let (figure, takes) = misbound();
-    let [given, fitted] =
-        [SkinningSource::Given, SkinningSource::Fitted].map(|source| fitted(&figure, &takes, source));
+    let sources = [SkinningSource::Given, SkinningSource::Fitted];
+    let [given, fitted] = sources.map(|source| dataset_with(&figure, &takes, source));
     assert_eq!(given.capture.garment.weights, figure.garment.weights);
     let [before, after] = [&given, &fitted].map(|data| error_m(data, &data.capture.garment));
     assert!(
@@ -89,21 +113,9 @@ fn weights_that_the_garment_moves_with_are_found() {
 #[test]
 fn given_weights_stay_as_carriers() {
     let (figure, takes) = misbound();
-    let garment = fitted(&figure, &takes, SkinningSource::Fitted).capture.garment;
+    let garment = fitted(&figure, &takes);
     assert_eq!(garment.carriers(), &figure.garment.weights);
     assert_ne!(garment.carriers(), &garment.weights);
-}
-
-/// Figure whose garment moves with its own weights and comes with none on the hip.
-fn without_hip() -> (Figure, Vec<(Take, Split)>) {
-    let (mut figure, takes) = misbound();
-    let given = Figure::tube().garment.weights.to_dense();
-    let chest = given
-        .chunks_exact(JOINTS)
-        .flat_map(|w| [0.0, w[0] + w[1], w[2], w[3], w[4], w[5]]);
-    let chest: Vec<f32> = chest.collect();
-    figure.garment.weights = SkinningWeights::from_dense(&chest, VERTICES, JOINTS).unwrap();
-    (figure, takes)
 }
 
 /// Sum of the weights of the hip.
@@ -113,24 +125,14 @@ fn hip(weights: &SkinningWeights) -> f32 {
 
 #[test]
 fn vertices_are_bound_to_ancestors_that_move_the_body() {
-    let (mut figure, takes) = without_hip();
-    let bound = hip(&fitted(&figure, &takes, SkinningSource::Fitted)
-        .capture
-        .garment
-        .weights);
-    assert!(bound > 0.8 * hip(&Figure::tube().garment.weights), "{bound}");
+    let (mut figure, takes) = misbound();
+    let own = Figure::tube().garment.weights;
+    figure.garment.weights = moved_to_chest(&own);
+    let bound = hip(&fitted(&figure, &takes).weights);
+    assert!(bound > 0.8 * hip(&own), "{bound}");
     // The hip moves nothing of this body.
-    let body = figure.character.weights.to_dense();
-    let chest = body
-        .chunks_exact(JOINTS)
-        .flat_map(|w| [0.0, w[0] + w[1], w[2], w[3], w[4], w[5]]);
-    let chest: Vec<f32> = chest.collect();
-    let vertices = figure.character.weights.len();
-    figure.character.weights = SkinningWeights::from_dense(&chest, vertices, JOINTS).unwrap();
-    let weights = fitted(&figure, &takes, SkinningSource::Fitted)
-        .capture
-        .garment
-        .weights;
+    figure.character.weights = moved_to_chest(&figure.character.weights);
+    let weights = fitted(&figure, &takes).weights;
     assert_eq!(hip(&weights), 0.0);
 }
 
@@ -147,10 +149,7 @@ fn two_frames_that_move_no_joint_against_another_keep_the_weights() {
             .for_each(|pose| pose.local.clone_from(&still));
         take.garment = figure.skinned(&take.clip);
     }
-    let weights = fitted(&figure, &takes, SkinningSource::Fitted)
-        .capture
-        .garment
-        .weights;
+    let weights = fitted(&figure, &takes).weights;
     let both = weights
         .to_dense()
         .into_iter()
@@ -165,10 +164,7 @@ fn two_frames_that_move_no_joint_against_another_keep_the_weights() {
 #[test]
 fn a_model_pushes_vertices_by_the_given_weights_after_its_file_is_read() {
     let (figure, takes) = misbound();
-    let (_folder, capture) = unic_testdata::capture(&figure, &takes);
-    let config = settings(SkinningSource::Fitted);
-    let data = FieldData::prepare(capture, &config, Fit::HeldOut).unwrap();
-    let model = Trainer::new(data, config).unwrap().model().unwrap();
+    let model = model(&figure, &takes);
     let read = Model::from_bytes(&model.to_bytes().unwrap()).unwrap();
     assert_eq!(read.garment(), model.garment());
     let of_given = ContactFilter::new(&figure.character, &figure.garment);
@@ -181,12 +177,7 @@ fn a_model_pushes_vertices_by_the_given_weights_after_its_file_is_read() {
 #[test]
 fn the_mask_keeps_its_share_of_the_given_weights() {
     let (mut figure, takes) = misbound();
-    let weights = |figure: &Figure| {
-        fitted(figure, &takes, SkinningSource::Fitted)
-            .capture
-            .garment
-            .weights
-    };
+    let weights = |figure: &Figure| fitted(figure, &takes).weights;
     let whole = weights(&figure);
     // Rings of the tube, so that a vertex and its mirror image have one share.
     let share = |v: usize| [1.0, 0.0, 0.5][v / 12 % 3];
@@ -200,10 +191,7 @@ fn the_mask_keeps_its_share_of_the_given_weights() {
 #[test]
 fn a_mask_of_a_model_shows_the_given_weights() {
     let (figure, takes) = misbound();
-    let (_folder, capture) = unic_testdata::capture(&figure, &takes);
-    let config = settings(SkinningSource::Fitted);
-    let data = FieldData::prepare(capture, &config, Fit::HeldOut).unwrap();
-    let model = Trainer::new(data, config).unwrap().model().unwrap();
+    let model = model(&figure, &takes);
     let masked = model.with_mask(&[0.0; VERTICES]).unwrap();
     assert_eq!(masked.garment().weights, figure.garment.weights);
     assert_eq!(
@@ -217,11 +205,7 @@ fn a_mask_of_a_model_shows_the_given_weights() {
 #[test]
 fn a_symmetric_garment_has_symmetric_weights() {
     let (figure, takes) = misbound();
-    let weights = fitted(&figure, &takes, SkinningSource::Fitted)
-        .capture
-        .garment
-        .weights
-        .to_dense();
+    let weights = fitted(&figure, &takes).weights.to_dense();
     let swapped = [0, 1, 3, 2, 5, 4];
     for vertex in 0..VERTICES {
         for joint in 0..JOINTS {
@@ -243,12 +227,7 @@ fn one_thread_and_four_give_the_same_bits() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| {
-            fitted(&figure, &takes, SkinningSource::Fitted)
-                .capture
-                .garment
-                .weights
-        })
+        pool.install(|| fitted(&figure, &takes).weights)
     };
     assert_eq!(weights(1), weights(4));
 }
