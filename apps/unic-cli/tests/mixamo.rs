@@ -6,7 +6,7 @@ mod common;
 
 use common::*;
 use std::{fs, path::Path};
-use unic_core::{Model, motion::motion_len};
+use unic_core::{Model, motion::JointSprings};
 use unic_io::{Capture, Split};
 use unic_testdata::{Figure, MIXAMO_JOINTS, mixamo_clip, write_capture as write_takes};
 
@@ -48,7 +48,7 @@ fn a_skeleton_of_65_joints_is_captured_trained_and_animated() {
     let inspected = succeeds(path, "inspect tube");
     assert!(inspected.contains("mixamorig:LeftHandPinky4"), "{inspected}");
     assert!(
-        unic_train::MirrorMap::new(skeleton).is_some(),
+        unic_train::MirrorMap::new(&JointSprings::default(), skeleton).is_some(),
         "left and right by name"
     );
 
@@ -60,7 +60,9 @@ fn a_skeleton_of_65_joints_is_captured_trained_and_animated() {
     );
     let model = Model::from_bytes(&fs::read(path.join("tube.unic")).unwrap()).unwrap();
     assert_eq!(model.character().skeleton.len(), MIXAMO_JOINTS);
-    assert_eq!(model.normalisation().mean.len(), motion_len(MIXAMO_JOINTS));
+    let motion = &model.config().motion;
+    assert_eq!(motion.springs.joints.len(), 24, "{:?}", motion.springs.joints);
+    assert_eq!(model.normalisation().mean.len(), motion.len(MIXAMO_JOINTS));
     let animated = json(
         path,
         "animate tube.unic --motion tube/clips/four.npz --out four.glb --json",

@@ -12,7 +12,7 @@ use unic_core::{
     features::RestBox,
     mesh::TriMesh,
     model::{About, ModelParts},
-    motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
+    motion::{JointSprings, MotionLayout, MotionSpec, Normalisation, Spring, VelocityScheme},
     network::Linear,
     prior::Prior,
     projection::{StrainLimit, limited_pairs},
@@ -98,14 +98,14 @@ pub fn random_model(preset: NetworkSize, vertices: usize) -> Result<Model, Failu
         return Err(format!("expected a garment of {FEWEST} vertices or more, found {vertices}").into());
     }
     let config = config(preset)?;
-    let pair = 2 * motion_len(SMPL_PARENTS.len());
+    let pair = 2 * config.motion.len(SMPL_PARENTS.len());
     let garment = garment(vertices)?;
     let wrinkles = (MOST_WRINKLE_VECTORS / vertices).clamp(LEAST_WRINKLES, MOST_WRINKLES);
     let components = (MOST_COMPONENT_VECTORS / vertices).clamp(LEAST_COMPONENTS, MOST_COMPONENTS) + wrinkles;
     Ok(Model::new(ModelParts {
         encoder: encoder_layers(&config),
         field: field_layers(&config),
-        normalisation: Normalisation::identity(SMPL_PARENTS.len()),
+        normalisation: Normalisation::identity(pair / 2),
         character: character()?,
         prior: match preset {
             NetworkSize::Standard => Prior {
@@ -182,9 +182,17 @@ fn config(preset: NetworkSize) -> Result<ModelConfig, Failure> {
         categories: 8,
         code: LatentCode::PickedLogit,
     };
+    let mut motion = MotionSpec::new(layout, VelocityScheme::Backward, CONTACT_JOINTS, &character()?)?;
+    motion.springs = match preset {
+        NetworkSize::Standard => JointSprings {
+            joints: (0..SMPL_PARENTS.len()).collect(),
+            springs: Spring::OF_PRESETS.to_vec(),
+        },
+        NetworkSize::Paper => JointSprings::default(),
+    };
     Ok(ModelConfig {
         fps: FPS,
-        motion: MotionSpec::new(layout, VelocityScheme::Backward, CONTACT_JOINTS, &character()?)?,
+        motion,
         encoder: match preset {
             NetworkSize::Standard => encoder(vec![128], 32),
             NetworkSize::Paper => encoder(vec![4096, 4096], 128),
@@ -216,7 +224,7 @@ fn config(preset: NetworkSize) -> Result<ModelConfig, Failure> {
 }
 
 fn encoder_layers(config: &ModelConfig) -> Vec<Linear> {
-    let widths = config.encoder.widths(2 * motion_len(SMPL_PARENTS.len()));
+    let widths = config.encoder.widths(2 * config.motion.len(SMPL_PARENTS.len()));
     widths.windows(2).map(|w| linear(w[0], w[1])).collect()
 }
 

@@ -448,7 +448,7 @@ fn check(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::{MotionLayout, VelocityScheme};
+    use crate::motion::{JointSprings, MotionLayout, VelocityScheme};
 
     fn config() -> ModelConfig {
         ModelConfig {
@@ -458,6 +458,7 @@ mod tests {
                 velocity: VelocityScheme::Backward,
                 contact_joints: [0, 1, 2, 3],
                 contact_rest_heights_m: [0.1; 4],
+                springs: JointSprings::default(),
             },
             encoder: EncoderConfig {
                 hidden: vec![8],

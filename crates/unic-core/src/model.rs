@@ -9,7 +9,7 @@ use crate::{
     config::{ConfigError, ModelConfig, StateConfig},
     features::RestBox,
     mesh::{MeshError, TriMesh},
-    motion::{MotionError, Normalisation, motion_len},
+    motion::{MotionError, Normalisation},
     network::{Encoder, Field, LayerError, Linear, Precision},
     prior::Prior,
     projection::{LimitCountError, StrainLimit, StrainProjection},
@@ -142,11 +142,11 @@ impl Model {
             mesh.check(parts.character.body.vertices.len())?;
         }
         check_counts(&parts, joints)?;
-        let motion = motion_len(joints);
+        let motion = parts.config.motion.len(joints);
         check_strain_limits(&parts)?;
         check_recurrence(&parts.prior, 2 * motion)?;
         check_replay(&parts.prior, motion)?;
-        parts.normalisation.check(joints)?;
+        parts.normalisation.check(motion)?;
         check_numbers(&parts)?;
         let config = parts.config;
         let inputs = 2 * motion;
@@ -411,7 +411,7 @@ fn check_excursion(config: &ModelConfig, field: &Field) -> Result<(), ConfigErro
 fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
     let vertices = parts.garment.rest.vertices.len();
     let body = parts.character.body.vertices.len();
-    let motion = motion_len(joints);
+    let motion = parts.config.motion.len(joints);
     let counts = [
         // Passes for any number of vertices but zero.
         ("garment vertices or more", 1, vertices.min(1)),

@@ -2,8 +2,8 @@
 //!
 //! For training and evaluation, which make the vectors by the same code as the animator.
 //!
-//! A skeleton of J joints, the root included, has a vector of 12 J + 7 numbers: 295 for SMPL's 24
-//! joints, as in the paper (section "Motion representation"). Joint slices leave the root out and
+//! A skeleton of J joints, the root included, has a vector of 12 J + 7 numbers, and more with
+//! springs: 295 for SMPL's 24 joints, as in the paper (section "Motion representation"). Joint slices leave the root out and
 //! keep the skeleton's order. A 6D rotation is the first two rows of the rotation matrix.
 //!
 //! | slice (J = 24) | content | layout `Paper` | layout `Heading` |
@@ -16,6 +16,7 @@
 //! | 153-221 | joint positions | m | m, from the root joint |
 //! | 222-290 | joint velocities | m per frame | m/s |
 //! | 291-294 | contacts, 0 or 1 | squared step < 0.002 m² | < 0.25 m/s, < 5 cm over rest height |
+//! | from 295 | offsets of [`JointSprings`] times ω, if any | m/s, joint's frame | m/s, joint's frame |
 //!
 //! Vectors of layout `Paper` are in the sequence frame, those of layout `Heading` in the heading
 //! frame. Velocities are differences of world positions. The angular velocity is axis times angle
@@ -36,12 +37,14 @@
 
 mod frame;
 mod normalisation;
+mod springs;
 mod state;
 #[cfg(test)]
 mod tests;
 
 pub use frame::{CONTACT_HEIGHT_M, CONTACT_SPEED_M_S, PAPER_CONTACT_STEP_SQUARED_M2};
 pub use normalisation::{Normalisation, NormalisationRule, NormalisedElements, ROUNDING_STD};
+pub use springs::{DAMPING_RATIOS, FREQUENCIES_HZ, JointSprings, Spring, SpringDamping};
 pub use state::{MotionInput, MotionState};
 
 use crate::{character::Character, skeleton::Skeleton};
@@ -88,6 +91,9 @@ pub struct MotionSpec {
     /// Heights of the contact joints above the soles in the bind pose, metres. The paper's layouts
     /// do not read them.
     pub contact_rest_heights_m: [f32; 4],
+    /// Springs whose offsets the vector holds. The published method has none.
+    #[serde(default, skip_serializing_if = "JointSprings::is_empty")]
+    pub springs: JointSprings,
 }
 
 impl MotionSpec {
@@ -117,15 +123,24 @@ impl MotionSpec {
             velocity,
             contact_joints,
             contact_rest_heights_m: contact_joints.map(|j| joints[j].y - ground),
+            springs: JointSprings::default(),
         })
+    }
+
+    /// Length of the motion vector of a skeleton with this many joints, the root included:
+    /// [`motion_len`] and the numbers of the springs.
+    pub fn len(&self, joints: usize) -> usize {
+        motion_len(joints) + self.springs.numbers()
     }
 
     /// Checks a definition that comes from a file.
     ///
     /// # Errors
-    /// Contact joints that the skeleton does not have, rest heights that are not finite.
+    /// Contact joints or joints of springs that the skeleton does not have, rest heights that are
+    /// not finite, springs out of range.
     pub fn check(&self, skeleton: &Skeleton) -> Result<(), MotionError> {
         check_contacts(self.contact_joints, skeleton.len())?;
+        self.springs.check(skeleton)?;
         match (self.contact_rest_heights_m.iter()).position(|h| !h.is_finite()) {
             None => Ok(()),
             Some(element) => Err(MotionError::NotFinite {
@@ -154,6 +169,25 @@ pub enum MotionError {
         /// Number of joints of the skeleton.
         joints: usize,
     },
+    /// A joint with springs that the skeleton does not have.
+    #[error("motion: joint {joint} of a spring is not among the {joints} joints")]
+    SpringJoint {
+        /// Index of the joint.
+        joint: usize,
+        /// Number of joints of the skeleton.
+        joints: usize,
+    },
+    /// A spring out of range.
+    #[error(
+        "motion: expected springs of {FREQUENCIES_HZ:?} Hz with damping ratios of {DAMPING_RATIOS:?}, found \
+         {frequency_hz} Hz and {damping_ratio}"
+    )]
+    Spring {
+        /// Natural frequency, Hz.
+        frequency_hz: f32,
+        /// Damping ratio.
+        damping_ratio: f32,
+    },
     /// An array of another length.
     #[error("motion: expected {expected} numbers in {what}, found {found}")]
     Length {
@@ -174,12 +208,13 @@ pub enum MotionError {
     },
 }
 
-/// Length of the motion vector of a skeleton with J joints, the root included: 12 J + 7.
+/// Length of the motion vector of a skeleton with J joints, the root included, without springs:
+/// 12 J + 7. [`MotionSpec::len`] counts the springs too.
 pub fn motion_len(joints: usize) -> usize {
     12 * joints + 7
 }
 
-/// Ranges of the parts of the motion vector.
+/// Ranges of the parts of the motion vector before the springs.
 ///
 /// ```
 /// use unic_core::motion::{MotionSlices, motion_len};

@@ -82,7 +82,7 @@ fn parts() -> Result<ModelParts, Box<dyn Error>> {
         rest_box: RestBox::of(&mesh.vertices),
         prior: Prior::constant(vec![Vec3::ZERO; 3], motion_pair),
         garment: Garment::new(mesh, weights),
-        normalisation: Normalisation::identity(2),
+        normalisation: Normalisation::identity(motion_pair / 2),
         encoder: vec![linear(motion_pair, 4), linear(4, 6)],
         strain_limits: Vec::new(),
         field: vec![linear(11, 8), linear(19, 8), linear(8, 3)],

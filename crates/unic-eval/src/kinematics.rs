@@ -2,7 +2,7 @@
 
 use unic_core::{
     clip::Clip,
-    motion::{MotionInput, MotionSpec, MotionState, motion_len},
+    motion::{MotionInput, MotionSpec, MotionState},
     skeleton::Skeleton,
     transform::Rigid,
 };
@@ -13,13 +13,15 @@ use unic_io::CapturedClip;
 pub struct ClipKinematics {
     /// Number of joints J.
     joints: usize,
+    /// Length of a motion vector.
+    motion_len: usize,
     /// `world_from_rest` of every joint in every frame, T × J.
     world_from_rest: Vec<Rigid>,
     /// Coordinate frame of each motion vector.
     world_from_frame: Vec<Rigid>,
     /// Coordinate frame of garment positions in each frame.
     world_from_state: Vec<Rigid>,
-    /// Motion vectors of all frames, T × (12 J + 7).
+    /// Motion vectors of all frames, one after another.
     motion: Vec<f32>,
 }
 
@@ -30,6 +32,7 @@ impl ClipKinematics {
     pub fn new(spec: &MotionSpec, skeleton: &Skeleton, clip: &Clip) -> Self {
         let mut all = Self {
             joints: skeleton.len(),
+            motion_len: spec.len(skeleton.len()),
             world_from_rest: Vec::new(),
             world_from_frame: Vec::new(),
             world_from_state: Vec::new(),
@@ -50,7 +53,7 @@ impl ClipKinematics {
                     state.advance(spec, skeleton, &input);
                     // The state completes the velocities of frame 0 when frame 1 arrives, so that
                     // the previous motion vector is written again.
-                    all.motion.truncate((frame - 1) * motion_len(skeleton.len()));
+                    all.motion.truncate((frame - 1) * all.motion_len);
                     all.motion.extend(state.pair().0);
                     all.push(skeleton, state);
                 }
@@ -104,7 +107,7 @@ impl ClipKinematics {
 
     /// Returns the motion vector c_t of one frame, not normalised.
     pub fn motion(&self, frame: usize) -> &[f32] {
-        let len = motion_len(self.joints);
+        let len = self.motion_len;
         &self.motion[frame * len..(frame + 1) * len]
     }
 }

@@ -9,7 +9,7 @@ use crate::{
     start_memory::{MemoryRegions, MemoryUpdate, StartMemoryKernels},
 };
 use std::{ops::Range, slice::from_ref};
-use unic_core::{Model, config::LatentCode, motion::motion_len, network::Linear, recurrence::Recurrence};
+use unic_core::{Model, config::LatentCode, network::Linear, recurrence::Recurrence};
 use wgpu::{Buffer, BufferUsages};
 
 /// Linear layers between regions of an animator's vectors. Asset.
@@ -78,7 +78,7 @@ impl MotionNetworks {
         let prior = model.prior();
         let pair = builder
             .regions
-            .take(2 * motion_len(model.character().skeleton.len()));
+            .take(2 * model.config().motion.len(model.character().skeleton.len()));
         let coefficients = builder.regions.take(prior.len());
         let mut of_components = || builder.regions.take(prior.len());
         let (residuals, moved, given) = (of_components(), of_components(), of_components());

@@ -1,6 +1,7 @@
 //! Motion vector ([`unic_core::motion`]) as a part of a graph.
 
 mod frame;
+mod springs;
 mod vector;
 
 use crate::{
@@ -8,10 +9,11 @@ use crate::{
     kinematics::{Joints, forward_kinematics},
     port::{
         JOINT_POSITIONS, JOINT_ROTATIONS, MOTION, NEXT_KNOWN, NEXT_ROOT, NEXT_ROTATIONS, ROOT, ROTATIONS,
-        SEQUENCE_ORIGIN, SEQUENCE_ROTATION, YAW,
+        SEQUENCE_ORIGIN, SEQUENCE_ROTATION, SPRING_OFFSETS, SPRING_VELOCITIES, YAW,
     },
 };
 use frame::FrameState;
+use springs::{Masses, SpringBuilder};
 use unic_core::{Model, motion::VelocityScheme, skeleton::Skeleton};
 use vector::VectorBuilder;
 
@@ -26,6 +28,8 @@ pub(crate) struct Motion {
     /// Normalised motion vector of this frame (1, D).
     vector: Value,
     frame: FrameState,
+    /// Masses on springs, if the model has some.
+    masses: Option<Masses>,
 }
 
 /// Pose with its joints.
@@ -41,6 +45,15 @@ struct PosedJoints {
 struct Step {
     from: Joints,
     to: Joints,
+}
+
+/// Movement to a frame.
+#[derive(Clone, Copy)]
+struct Moved {
+    /// Joints whose difference is a velocity.
+    step: Step,
+    /// Masses after the movement.
+    masses: Option<Masses>,
 }
 
 impl Motion {
@@ -65,13 +78,16 @@ impl Motion {
         let frame = FrameState::advanced(graph, model, backward);
         let builder = VectorBuilder { model };
         let rotation = frame.rotation(graph);
-        let vector = builder.vector(graph, pose, frame, step, rotation);
+        let masses = SpringBuilder { model }.advance(graph, backward);
+        let moved = Moved { step, masses };
+        let vector = builder.vector(graph, pose, frame, moved, rotation);
         Self {
             joints: pose.joints,
             pair: graph.concat(&[previous_vector, vector], 1),
             frame_rotation: rotation,
             vector,
             frame,
+            masses,
         }
     }
 
@@ -95,13 +111,16 @@ impl Motion {
             }
         };
         let builder = VectorBuilder { model };
-        let vector = builder.vector(graph, pose, frame, step, velocity_rotation);
+        let masses = SpringBuilder { model }.start(graph, step);
+        let moved = Moved { step, masses };
+        let vector = builder.vector(graph, pose, frame, moved, velocity_rotation);
         Self {
             joints: pose.joints,
             pair: graph.concat(&[vector, vector], 1),
             frame_rotation: frame.rotation(graph),
             vector,
             frame,
+            masses,
         }
     }
 
@@ -117,6 +136,10 @@ impl Motion {
                     graph.output(SEQUENCE_ORIGIN, origin);
                 }
             }
+        }
+        if let Some(masses) = self.masses {
+            graph.output(SPRING_OFFSETS, masses.offsets);
+            graph.output(SPRING_VELOCITIES, masses.velocities);
         }
         graph.output(MOTION, self.vector);
     }

@@ -54,6 +54,8 @@ pub(crate) enum Axis {
     Motion,
     /// Numbers of two motion vectors, 2 D.
     MotionPair,
+    /// Masses on springs.
+    Masses,
     /// Numbers of the latent vector.
     Latent,
     /// Channels of the motion code.
@@ -73,6 +75,7 @@ pub(crate) enum Axis {
 pub(crate) struct Sizes {
     pub(crate) joints: usize,
     pub(crate) motion: usize,
+    pub(crate) masses: usize,
     pub(crate) latent: usize,
     pub(crate) channels: usize,
     pub(crate) categories: usize,
@@ -96,6 +99,7 @@ impl Sizes {
             Axis::Joints => self.joints,
             Axis::Motion => self.motion,
             Axis::MotionPair => 2 * self.motion,
+            Axis::Masses => self.masses,
             Axis::Latent => self.latent,
             Axis::Channels => self.channels,
             Axis::Categories => self.categories,

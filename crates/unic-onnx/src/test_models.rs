@@ -5,7 +5,7 @@ use unic_core::{
     Model,
     config::StateConfig,
     model::ModelParts,
-    motion::{MotionLayout, VelocityScheme},
+    motion::{JointSprings, MotionLayout, Normalisation, Spring, SpringDamping, VelocityScheme},
     network::Linear,
     recurrence::Recurrence,
 };
@@ -51,11 +51,30 @@ pub(crate) fn add_recurrence(parts: &mut ModelParts) {
     });
 }
 
+/// Adds springs to both joints, and the recurrence.
+pub(crate) fn add_springs(parts: &mut ModelParts) {
+    let spring = |damping| Spring {
+        frequency_hz: 1.0,
+        damping_ratio: 0.5,
+        damping,
+    };
+    parts.config.motion.springs = JointSprings {
+        joints: vec![0, 1],
+        springs: vec![spring(SpringDamping::Joint), spring(SpringDamping::Air)],
+    };
+    let len = parts.config.motion.len(2);
+    parts.normalisation = Normalisation::identity(len);
+    parts.prior.map.inputs = 2 * len;
+    parts.encoder[0] = linear(2 * len, parts.encoder[0].outputs);
+    add_recurrence(parts);
+}
+
 /// One model of each kind.
 pub(crate) fn all() -> Vec<Model> {
     vec![
         displacement(|_| ()),
         displacement(add_recurrence),
+        displacement(add_springs),
         root_relative(MotionLayout::Paper, VelocityScheme::Forward),
         root_relative(MotionLayout::PaperRootRelative, VelocityScheme::Backward),
         root_relative(MotionLayout::Heading, VelocityScheme::Backward),

@@ -11,7 +11,7 @@ use crate::{
     },
     vertices::{DisplacementFrame, RootFrame},
 };
-use unic_core::{Model, config::StateConfig, motion::motion_len};
+use unic_core::{Model, config::StateConfig};
 
 /// Lengths of a model's axes.
 pub(crate) fn sizes(model: &Model) -> Sizes {
@@ -19,7 +19,8 @@ pub(crate) fn sizes(model: &Model) -> Sizes {
     let joints = model.character().skeleton.len();
     Sizes {
         joints,
-        motion: motion_len(joints),
+        motion: model.config().motion.len(joints),
+        masses: model.config().motion.springs.masses(),
         latent: config.latent_len(),
         channels: config.channels,
         categories: config.categories,

@@ -4,6 +4,7 @@ mod field_plan;
 
 use crate::{
     config::{RecurrenceSettings, StateSettings, TrainConfig},
+    dataset::joint_springs,
     error::TrainError,
     fit::Fit,
     processor::Processor,
@@ -55,6 +56,8 @@ impl Budget {
         capture: &Capture,
         processor: Processor,
     ) -> Result<(), TrainError> {
+        let skeleton = &capture.character.skeleton;
+        let springs = joint_springs(&config.model.springs, skeleton);
         let views = if config.regularisation.mirror { 2 } else { 1 };
         let StateSettings::Displacement {
             recurrence: Some(recurrence),
@@ -66,7 +69,7 @@ impl Budget {
         };
         let motion = MotionSize::of(capture, views)?;
         let sizes = PriorSizes {
-            motion_len: motion_len(capture.character.skeleton.len()),
+            motion_len: motion_len(skeleton.len()) + springs.numbers(),
             coefficients: *prior_shapes,
         };
         // A device elsewhere is no faster for more threads here.

@@ -20,7 +20,7 @@ pub use shown::ReplaySettings;
 use serde::{Deserialize, Serialize};
 use unic_core::{
     config::{Corrects, EncoderConfig, FieldConfig, IntersectionMode, PointInput},
-    motion::{MotionLayout, NormalisationRule, VelocityScheme},
+    motion::{MotionLayout, NormalisationRule, Spring, VelocityScheme},
 };
 
 /// Everything that a run depends on beside its capture.
@@ -66,6 +66,9 @@ pub struct ModelSettings {
     pub layout: MotionLayout,
     /// Direction of differences in the motion vector.
     pub velocity: VelocityScheme,
+    /// Springs of each joint, whose offsets the motion vector holds. Up to 24 joints have them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<Spring>,
     /// Scaling of the motion vector.
     pub normalisation: NormalisationRule,
     /// Motion encoder.

@@ -1,7 +1,9 @@
 //! The clips of one fit, opened and normalised.
 
+mod joint_springs;
 mod motion_vectors;
 
+pub(crate) use joint_springs::joint_springs;
 pub use motion_vectors::MotionVectors;
 
 use crate::{
@@ -49,12 +51,14 @@ impl Dataset {
             // The published method has no skinned garment that a mask could blend to.
             capture.garment.mask = None;
         }
-        let motion_spec = MotionSpec::new(
+        let mut motion_spec = MotionSpec::new(
             settings.model.layout,
             settings.model.velocity,
             capture.contact_joints,
             &capture.character,
         )?;
+        motion_spec.springs = joint_springs(&settings.model.springs, &capture.character.skeleton);
+        motion_spec.check(&capture.character.skeleton)?;
         let names = FitClips::new(&capture, fit, settings)?;
         let loaded = match names.validation_comes_back {
             true => capture.clip_names(Split::Train),
@@ -74,12 +78,20 @@ impl Dataset {
         {
             bind_to_motion(&capture.character, &mut capture.garment, &clips, mirror)?;
         }
-        let mirror = mirror.then(|| MirrorMap::new(skeleton)).flatten();
+        let mirror = mirror
+            .then(|| MirrorMap::new(&motion_spec.springs, skeleton))
+            .flatten();
         let vectors = clips
             .iter()
             .flat_map(|c| (0..c.len()).map(|t| c.kinematics.motion(t)));
         let rule = settings.model.normalisation;
-        let normalisation = normalisation(skeleton.len(), rule, vectors, mirror.as_ref())?;
+        let normalisation = normalisation(
+            skeleton.len(),
+            motion_spec.len(skeleton.len()),
+            rule,
+            vectors,
+            mirror.as_ref(),
+        )?;
         let motion = clips
             .iter()
             .map(|c| MotionVectors::new(c, &normalisation, mirror.as_ref()))

@@ -8,7 +8,7 @@ use glam::Vec3;
 use std::borrow::Cow;
 use unic_core::{
     mesh::TriMesh,
-    motion::{MotionError, MotionSlices, Normalisation, NormalisationRule, motion_len},
+    motion::{JointSprings, MotionError, MotionSlices, Normalisation, NormalisationRule, motion_len},
     skeleton::Skeleton,
     surface_map::SurfaceMap,
 };
@@ -29,13 +29,15 @@ const ROTATION: [f32; 6] = [1.0, -1.0, -1.0, -1.0, 1.0, 1.0];
 
 impl MirrorMap {
     /// Creates the map from joint names in any spelling that [`counterparts`] reads. Returns none
-    /// if a joint that names a side has no counterpart, or if no joint names a side.
-    pub fn new(skeleton: &Skeleton) -> Option<Self> {
+    /// if a joint that names a side has no counterpart, if no joint names a side, and if springs
+    /// hang from one side alone.
+    pub fn new(springs: &JointSprings, skeleton: &Skeleton) -> Option<Self> {
         let counterparts = counterparts(skeleton.names())?;
         let slices = MotionSlices::new(skeleton.len());
+        let len = motion_len(skeleton.len()) + springs.numbers();
         let mut map = Self {
-            source: (0..motion_len(skeleton.len())).collect(),
-            sign: vec![1.0; motion_len(skeleton.len())],
+            source: (0..len).collect(),
+            sign: vec![1.0; len],
         };
         map.block(slices.root_position.start, slices.root_position.start, &POLAR);
         map.block(slices.root_velocity.start, slices.root_velocity.start, &POLAR);
@@ -61,7 +63,15 @@ impl MirrorMap {
         }
         // Contacts are left ankle, left foot, right ankle, right foot.
         let contacts = slices.contacts.start;
-        map.source[contacts..].copy_from_slice(&[contacts + 2, contacts + 3, contacts, contacts + 1]);
+        map.source[slices.contacts].copy_from_slice(&[contacts + 2, contacts + 3, contacts, contacts + 1]);
+        let (first, of_joint) = (motion_len(skeleton.len()), springs.springs.len());
+        for (to, &joint) in springs.joints.iter().enumerate() {
+            let from = springs.joints.iter().position(|j| *j == counterparts[joint])?;
+            for spring in 0..of_joint {
+                let [to, from] = [to, from].map(|joint| first + 3 * (joint * of_joint + spring));
+                map.block(to, from, &POLAR);
+            }
+        }
         Some(map)
     }
 
@@ -84,9 +94,10 @@ impl MirrorMap {
 /// of range on the other side.
 ///
 /// # Errors
-/// Vectors of another length than `joints` joints have, elements that are not finite.
+/// Vectors of another length than `len`, elements that are not finite.
 pub fn normalisation<'a>(
     joints: usize,
+    len: usize,
     rule: NormalisationRule,
     vectors: impl Iterator<Item = &'a [f32]> + Clone,
     mirror: Option<&MirrorMap>,
@@ -95,7 +106,12 @@ pub fn normalisation<'a>(
         let vectors = vectors.clone();
         vectors.map(|vector| Cow::Owned(map.apply(vector)))
     });
-    Normalisation::fit(joints, rule, vectors.clone().map(Cow::Borrowed).chain(others))
+    Normalisation::fit(
+        joints,
+        len,
+        rule,
+        vectors.clone().map(Cow::Borrowed).chain(others),
+    )
 }
 
 /// View of a training window.
@@ -140,7 +156,7 @@ mod tests {
     use super::*;
     use glam::Quat;
     use unic_core::{
-        motion::{MotionInput, MotionLayout, MotionSpec, MotionState, VelocityScheme},
+        motion::{MotionInput, MotionLayout, MotionSpec, MotionState, Spring, SpringDamping, VelocityScheme},
         skeleton::{Pose, SkeletonParts},
     };
 
@@ -172,12 +188,27 @@ mod tests {
         }
     }
 
+    /// A spring of every joint, the right side first.
+    fn springs() -> JointSprings {
+        JointSprings {
+            joints: vec![0, 2, 1, 3, 5, 4],
+            springs: [0.7, 2.0]
+                .map(|frequency_hz| Spring {
+                    frequency_hz,
+                    damping_ratio: 0.3,
+                    damping: SpringDamping::Air,
+                })
+                .to_vec(),
+        }
+    }
+
     fn vectors(layout: MotionLayout, poses: &[Pose]) -> Vec<Vec<f32>> {
         let spec = MotionSpec {
             layout,
             velocity: VelocityScheme::Backward,
             contact_joints: [1, 1, 2, 2],
             contact_rest_heights_m: [0.0; 4],
+            springs: springs(),
         };
         let skeleton = figure();
         let input = |pose| MotionInput {
@@ -206,7 +237,7 @@ mod tests {
         };
         let poses: Vec<Pose> = (0..5).map(|f| pose(f as f32 / 7.0)).collect();
         let other: Vec<Pose> = poses.iter().map(mirrored_pose).collect();
-        let map = MirrorMap::new(&figure()).unwrap();
+        let map = MirrorMap::new(&springs(), &figure()).unwrap();
         for layout in [
             MotionLayout::Heading,
             MotionLayout::Paper,

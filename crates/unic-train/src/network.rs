@@ -15,7 +15,6 @@ use burn::nn::Linear;
 use burn::tensor::{Device, Tensor};
 use unic_core::{
     config::{LatentCode, ModelConfig, StateConfig},
-    motion::motion_len,
     network,
 };
 use unic_kernels::FieldShape;
@@ -43,7 +42,7 @@ impl NetworkShape {
     /// Computes the sizes of a model for a skeleton with `joints` joints.
     pub fn new(config: &ModelConfig, joints: usize) -> Self {
         Self {
-            encoder: config.encoder.widths(2 * motion_len(joints)),
+            encoder: config.encoder.widths(2 * config.motion.len(joints)),
             channels: config.encoder.channels,
             categories: config.encoder.categories,
             code: config.encoder.code,

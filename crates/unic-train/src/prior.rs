@@ -21,9 +21,7 @@ use linear::{STRENGTHS, runtime_map};
 use rayon::prelude::*;
 use series::{Clips, Series, remove_mirror_bias};
 use std::{path::Path, time::Instant};
-use unic_core::{
-    model::ModelError, motion::motion_len, network::Linear, prior::Prior, recurrence::Recurrence,
-};
+use unic_core::{model::ModelError, network::Linear, prior::Prior, recurrence::Recurrence};
 use unic_eval::{Displacements, LinearMap, PreparedClip, PrincipalComponents, TrainingSet, WrinkleFilter};
 
 /// A prior, and its coefficients in every training frame as predicted by a prior that is fitted
@@ -192,7 +190,7 @@ impl PriorTrainer<'_> {
     fn zero(&self) -> FittedPrior {
         let character = &self.data.capture.character;
         let zeros = vec![Vec3::ZERO; self.data.capture.garment.rest.vertices.len()];
-        let prior = Prior::constant(zeros, 2 * motion_len(character.skeleton.len()));
+        let prior = Prior::constant(zeros, 2 * self.data.motion_spec.len(character.skeleton.len()));
         FittedPrior::constant(prior, self.data.clips.iter().map(PreparedClip::len))
     }
 

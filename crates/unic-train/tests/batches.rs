@@ -183,7 +183,7 @@ fn states_and_targets_do_not_depend_on_the_distance_travelled() {
 #[test]
 fn mirroring_twice_changes_nothing() {
     let data = dataset(&small(Preset::Tiny));
-    let map = MirrorMap::new(&data.capture.character.skeleton).unwrap();
+    let map = MirrorMap::new(&data.config.motion.springs, &data.capture.character.skeleton).unwrap();
     let vector = numbers(data.normalisation.mean.len(), 1.0, 1);
     assert_ne!(map.apply(&vector), vector);
     assert_eq!(map.apply(&map.apply(&vector)), vector);

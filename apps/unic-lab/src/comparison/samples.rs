@@ -11,7 +11,7 @@ use rand::RngExt;
 use rayon::prelude::*;
 use unic_core::{
     character::Garment,
-    motion::{MotionSpec, Normalisation, NormalisationRule, NormalisedElements},
+    motion::{JointSprings, MotionSpec, Normalisation, NormalisationRule, NormalisedElements},
     skeleton::Skeleton,
     surface_map::SurfaceMap,
 };
@@ -74,9 +74,12 @@ impl Samples {
         let vectors = frames
             .iter()
             .map(|f| set.train[f.clip].kinematics.motion(f.frame));
-        let mirrored = config.mirror.then(|| Mirrored::new(set, skeleton)).flatten();
+        let mirrored = config
+            .mirror
+            .then(|| Mirrored::new(set, &spec.springs, skeleton))
+            .flatten();
         let map = mirrored.as_ref().map(|m| &m.motion);
-        let normalisation = normalisation(joints, INPUT_SCALE, vectors, map)?;
+        let normalisation = normalisation(joints, spec.len(joints), INPUT_SCALE, vectors, map)?;
         let motion = set
             .train
             .iter()
@@ -200,9 +203,9 @@ struct Mirrored {
 
 impl Mirrored {
     /// Builds the maps. Returns `None` where skeleton or garment are not symmetric.
-    fn new(set: &TrainingSet, skeleton: &Skeleton) -> Option<Self> {
+    fn new(set: &TrainingSet, springs: &JointSprings, skeleton: &Skeleton) -> Option<Self> {
         Some(Self {
-            motion: MirrorMap::new(skeleton)?,
+            motion: MirrorMap::new(springs, skeleton)?,
             garment: mirrored_surface(&set.garment.rest)?,
         })
     }

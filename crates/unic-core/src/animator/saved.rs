@@ -12,7 +12,7 @@ use super::AnimatorState;
 use thiserror::Error;
 
 const MAGIC: [u8; 8] = *b"unicstat";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const HEADER: usize = 20;
 
 /// Error: bytes that are not a saved state of the model.

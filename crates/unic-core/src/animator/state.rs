@@ -77,7 +77,9 @@ impl AnimatorState {
     pub fn check(&self, model: &Model) -> Result<(), AnimatorError> {
         let skeleton = &model.character.skeleton;
         let wrong_motion = |e: crate::motion::MotionError| AnimatorError::State(e.to_string());
-        self.motion.check(skeleton).map_err(wrong_motion)?;
+        self.motion
+            .check(&model.config.motion, skeleton)
+            .map_err(wrong_motion)?;
         let (expected, found) = (model.vertex_count(), self.vertices.len());
         if expected != found {
             return Err(AnimatorError::Vertices { expected, found });

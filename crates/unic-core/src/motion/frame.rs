@@ -56,6 +56,14 @@ impl Step<'_> {
         self.to[joint].translation - self.from[joint].translation
     }
 
+    /// Returns the velocity of a joint in the world, m/s; zero for a step without duration.
+    pub(super) fn velocity(&self, joint: usize) -> Vec3 {
+        match self.dt >= MIN_STEP {
+            true => self.difference(joint) / self.dt,
+            false => Vec3::ZERO,
+        }
+    }
+
     /// Returns the movement of a joint relative to the air, metres.
     fn difference_in_air(&self, joint: usize) -> Vec3 {
         self.difference(joint) - self.wind * self.dt

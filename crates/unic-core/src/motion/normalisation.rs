@@ -30,7 +30,7 @@ pub struct NormalisationRule {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NormalisedElements {
-    /// Positions and velocities, as published. Rotations and contacts stay unchanged.
+    /// Positions and velocities, as published, and springs. Rotations and contacts stay unchanged.
     PositionsAndVelocities,
     /// All elements.
     All,
@@ -61,16 +61,17 @@ pub struct Normalisation {
 }
 
 impl Normalisation {
-    /// Returns the normalisation that changes nothing, for a skeleton with this many joints.
-    pub fn identity(joints: usize) -> Self {
+    /// Returns the normalisation that changes nothing, of vectors of this length.
+    pub fn identity(len: usize) -> Self {
         Self {
-            mean: vec![0.0; motion_len(joints)],
-            std: vec![1.0; motion_len(joints)],
+            mean: vec![0.0; len],
+            std: vec![1.0; len],
             limit: None,
         }
     }
 
-    /// Fits a normalisation to motion vectors of a skeleton with this many joints.
+    /// Fits a normalisation to motion vectors of `len` numbers, springs included, of a skeleton
+    /// with this many joints.
     ///
     /// The standard deviation is that of the population. Elements that do not vary get 1. Without
     /// any vector the result is the identity.
@@ -79,16 +80,19 @@ impl Normalisation {
     /// Vectors of another length, elements that are not finite.
     pub fn fit<V: AsRef<[f32]>>(
         joints: usize,
+        len: usize,
         rule: NormalisationRule,
         vectors: impl IntoIterator<Item = V>,
     ) -> Result<Self, MotionError> {
-        let mut moments = Moments::new(motion_len(joints));
+        let least = motion_len(joints);
+        check_length("a motion vector, or more", least, len.min(least))?;
+        let mut moments = Moments::new(len);
         for vector in vectors {
             moments.add(vector.as_ref())?;
         }
         let mut fitted = Self {
             limit: rule.limit,
-            ..Self::identity(joints)
+            ..Self::identity(len)
         };
         let mut normalise = |element: usize| {
             fitted.mean[element] = moments.mean[element] as f32;
@@ -99,10 +103,11 @@ impl Normalisation {
             }
         };
         match rule.elements {
-            NormalisedElements::All => (0..motion_len(joints)).for_each(normalise),
+            NormalisedElements::All => (0..len).for_each(normalise),
             NormalisedElements::PositionsAndVelocities => {
                 MotionSlices::new(joints)
                     .normalised()
+                    .chain([motion_len(joints)..len])
                     .flatten()
                     .for_each(&mut normalise);
             }
@@ -134,11 +139,11 @@ impl Normalisation {
     /// Checks a normalisation that comes from a file.
     ///
     /// # Errors
-    /// Another length than the skeleton's motion vector, means that are not finite, standard
+    /// Another length than that of the motion vector, means that are not finite, standard
     /// deviations that are not finite and above zero.
-    pub fn check(&self, joints: usize) -> Result<(), MotionError> {
-        check_length("normalisation means", motion_len(joints), self.mean.len())?;
-        check_length("normalisation deviations", motion_len(joints), self.std.len())?;
+    pub fn check(&self, len: usize) -> Result<(), MotionError> {
+        check_length("normalisation means", len, self.mean.len())?;
+        check_length("normalisation deviations", len, self.std.len())?;
         let usable = |what, element: Option<usize>| match element {
             None => Ok(()),
             Some(element) => Err(MotionError::NotFinite { what, element }),

@@ -1,6 +1,7 @@
 //! State that motion vectors are made from, one frame at a time.
 
 use super::frame::{Frame, Step, write_contacts, write_pose, write_velocities};
+use super::springs::Masses;
 use super::{MotionError, MotionLayout, MotionSpec, VelocityScheme, motion_len};
 use crate::{
     heading::Heading,
@@ -54,6 +55,7 @@ enum FirstVelocities {
 ///     velocity: VelocityScheme::Backward,
 ///     contact_joints: [1; 4],
 ///     contact_rest_heights_m: [0.1; 4],
+///     springs: JointSprings::default(),
 /// };
 /// let mut poses = [skeleton.bind_pose(), skeleton.bind_pose()];
 /// poses[1].trans.z = 0.1;
@@ -86,13 +88,15 @@ pub struct MotionState {
     previous_vector: Vec<f32>,
     ground_height: f32,
     first: FirstVelocities,
+    /// Masses on the springs, at their joints while the first velocities are awaited.
+    masses: Masses,
 }
 
 impl MotionState {
     /// Makes the state of frame 0.
     ///
-    /// Until the first advance both vectors of the pair are c_0. Its velocities are zero unless the
-    /// scheme is forward and the next pose is given.
+    /// Until the first advance both vectors of the pair are c_0. Its velocities and springs are zero
+    /// unless the scheme is forward and the next pose is given.
     ///
     /// # Panics
     /// When a pose has another number of joints than the skeleton, or `spec` does not pass
@@ -110,7 +114,7 @@ impl MotionState {
             (VelocityScheme::Forward, Some(_)) => FirstVelocities::Known,
             _ => FirstVelocities::Awaited,
         };
-        let zeros = vec![0.0; motion_len(skeleton.len())];
+        let zeros = vec![0.0; spec.len(skeleton.len())];
         let mut state = Self {
             heading,
             world_from_frame,
@@ -122,7 +126,11 @@ impl MotionState {
             previous_vector: zeros,
             ground_height: input.ground_height,
             first,
+            masses: Masses::at_joints(&spec.springs),
         };
+        if first == FirstVelocities::Known {
+            state.start_masses(spec, skeleton, input);
+        }
         state.write_vector(spec, skeleton, input);
         state.previous_vector.copy_from_slice(&state.vector);
         state
@@ -143,6 +151,7 @@ impl MotionState {
             self.complete_first(spec, skeleton, input);
             self.first = FirstVelocities::Known;
         }
+        self.advance_masses(spec, skeleton, input);
         // Only now: the contacts of c_0 are over the ground of frame 0.
         self.ground_height = input.ground_height;
         self.write_vector(spec, skeleton, input);
@@ -164,7 +173,8 @@ impl MotionState {
         }
     }
 
-    /// Writes the velocities of c_0 when the second pose x_1 is known, as v_0 = v_1.
+    /// Writes the velocities of c_0 when the second pose x_1 is known, as v_0 = v_1, and starts the
+    /// masses on springs.
     ///
     /// With backward differences these are the velocities of c_1, in its frame. With forward
     /// differences they are x_1 − x_0 in the frame of c_0.
@@ -180,9 +190,32 @@ impl MotionState {
         write_velocities(c, spec.layout, skeleton, step, frame.rotation);
         // Contacts depend on velocities, so that they are completed too.
         write_contacts(c, spec, from, step, self.ground_height);
+        self.masses.start(&spec.springs, step);
+        self.masses
+            .write(&spec.springs, from, &mut c[motion_len(skeleton.len())..]);
     }
 
-    /// Writes the vector of the current frame.
+    /// Starts the masses of frame 0 where the next pose is known.
+    fn start_masses(&mut self, spec: &MotionSpec, skeleton: &Skeleton, input: &MotionInput) {
+        let Some(next) = input.next_pose else { return };
+        skeleton.forward_kinematics(next, &mut self.next_world_from_joint);
+        let (from, to) = (&self.world_from_joint, &self.next_world_from_joint);
+        let MotionInput { dt, wind, .. } = *input;
+        let springs = &mut self.vector[motion_len(skeleton.len())..];
+        self.masses.start(&spec.springs, Step { from, to, dt, wind });
+        self.masses.write(&spec.springs, from, springs);
+    }
+
+    /// Advances the masses on springs.
+    fn advance_masses(&mut self, spec: &MotionSpec, skeleton: &Skeleton, input: &MotionInput) {
+        let (from, to) = (&self.previous_world_from_joint, &self.world_from_joint);
+        let MotionInput { dt, wind, .. } = *input;
+        let springs = &mut self.vector[motion_len(skeleton.len())..];
+        self.masses.advance(&spec.springs, Step { from, to, dt, wind });
+        self.masses.write(&spec.springs, to, springs);
+    }
+
+    /// Writes the vector of the current frame, but for its springs.
     fn write_vector(&mut self, spec: &MotionSpec, skeleton: &Skeleton, input: &MotionInput) {
         let joints = &self.world_from_joint;
         let (from, to) = match (spec.velocity, input.next_pose) {
@@ -204,7 +237,7 @@ impl MotionState {
         write_contacts(c, spec, joints, step, frame.ground_height);
     }
 
-    /// Motion vectors (c_{t−1}, c_t) of [`motion_len`] numbers each, not normalised.
+    /// Motion vectors (c_{t−1}, c_t) of [`MotionSpec::len`] numbers each, not normalised.
     pub fn pair(&self) -> (&[f32], &[f32]) {
         (&self.previous_vector, &self.vector)
     }
@@ -248,17 +281,20 @@ impl MotionState {
         Rigid::new(self.world_from_frame.rotation, root.translation)
     }
 
-    /// Checks that a state from a file is of this skeleton and that its numbers are finite.
+    /// Checks that a state from a file is of this definition and skeleton, and that its numbers are
+    /// finite.
     ///
     /// # Errors
     /// Arrays of another length; a yaw, a height, transforms or vectors that are not finite.
-    pub fn check(&self, skeleton: &Skeleton) -> Result<(), MotionError> {
-        let (joints, numbers) = (skeleton.len(), motion_len(skeleton.len()));
+    pub fn check(&self, spec: &MotionSpec, skeleton: &Skeleton) -> Result<(), MotionError> {
+        let (joints, numbers) = (skeleton.len(), spec.len(skeleton.len()));
+        let masses = spec.springs.masses();
         let lengths = [
             ("joints of a motion state", joints, self.world_from_joint.len()),
             ("previous joints", joints, self.previous_world_from_joint.len()),
             ("a motion vector", numbers, self.vector.len()),
             ("the previous motion vector", numbers, self.previous_vector.len()),
+            ("masses on springs", masses, self.masses.len()),
         ];
         match lengths.into_iter().find(|(_, expected, found)| expected != found) {
             None => self.check_numbers(),
@@ -290,6 +326,7 @@ impl MotionState {
                 "previous motion vector element",
                 self.previous_vector.iter().position(|x| !x.is_finite()),
             ),
+            ("mass on a spring", self.masses.first_unusable()),
         ]
         .into_iter()
         .find_map(|(what, element)| Some((what, element?)));

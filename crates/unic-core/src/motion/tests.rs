@@ -3,6 +3,7 @@
 
 mod parameters;
 mod reference;
+mod springs;
 mod state;
 
 use super::*;
@@ -55,6 +56,20 @@ fn spec(layout: MotionLayout, velocity: VelocityScheme, joints: usize) -> Motion
         velocity,
         contact_joints: [1, joints - 1, joints / 2, 2],
         contact_rest_heights_m: [1.1, 1.4, 1.3, 1.2],
+        springs: JointSprings::default(),
+    }
+}
+
+/// Two springs of each joint.
+fn springs(joints: usize) -> JointSprings {
+    let spring = |frequency_hz, damping| Spring {
+        frequency_hz,
+        damping_ratio: 0.4,
+        damping,
+    };
+    JointSprings {
+        joints: (0..joints).collect(),
+        springs: vec![spring(0.8, SpringDamping::Joint), spring(2.0, SpringDamping::Air)],
     }
 }
 

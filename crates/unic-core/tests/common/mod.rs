@@ -355,7 +355,7 @@ fn linear(inputs: usize, outputs: usize, gain: f32, seed: u64) -> Linear {
 
 fn normalisation(limit: Option<f32>) -> Normalisation {
     let mut noise = Noise(300);
-    let mut normalisation = Normalisation::identity(JOINTS);
+    let mut normalisation = Normalisation::identity(motion_len(JOINTS));
     normalisation.limit = limit;
     normalisation
         .mean

@@ -72,7 +72,11 @@ fn input_scale(set: &TrainingSet) -> Normalisation {
         .iter()
         .map(|f| set.train[f.clip].kinematics.motion(f.frame));
     // This fails for motion vectors that are not finite, which no clip that could be read has.
-    Normalisation::fit(joints, INPUT_SCALE, vectors).unwrap_or_else(|_| Normalisation::identity(joints))
+    let len = set
+        .train
+        .first()
+        .map_or(0, |clip| clip.kinematics.motion(0).len());
+    Normalisation::fit(joints, len, INPUT_SCALE, vectors).unwrap_or_else(|_| Normalisation::identity(len))
 }
 
 impl ComponentModel {

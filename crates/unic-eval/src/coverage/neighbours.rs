@@ -3,7 +3,7 @@
 use crate::{error::Result, kinematics::ClipKinematics, training::FrameIndex};
 use faer::{Mat, Side};
 use rayon::prelude::*;
-use unic_core::motion::{MotionSlices, Normalisation, NormalisationRule, NormalisedElements};
+use unic_core::motion::{MotionSlices, Normalisation, NormalisationRule, NormalisedElements, motion_len};
 
 /// Least standard deviation of an element: 5 cm, 5 cm/s, or rotations by 3°. An element that hardly
 /// moves in the capture must not count more than the others.
@@ -64,7 +64,7 @@ impl Frames {
         };
         let motion = |at: FrameIndex| clips[at.clip].motion(at.frame);
         let vectors = all().map(motion);
-        let normalisation = Normalisation::fit(joints, rule, vectors)?;
+        let normalisation = Normalisation::fit(joints, motion_len(joints), rule, vectors)?;
         let len = MotionSlices::new(joints).contacts.start;
         let stride = all().count().div_ceil(most).max(1);
         let places: Vec<FrameIndex> = all().step_by(stride).collect();

@@ -74,7 +74,7 @@ fn animator(memory_s: f32, bias: Vec3) -> Animator {
         },
         rest_box: RestBox::of(&garment.rest.vertices),
         prior: Prior::constant(vec![Vec3::ZERO; VERTICES], pair),
-        normalisation: Normalisation::identity(joints),
+        normalisation: Normalisation::identity(motion_len(joints)),
         encoder: vec![linear(pair, 4), linear(4, 6)],
         field,
         character,

@@ -1,6 +1,6 @@
 //! Parts of a motion vector.
 
-use super::{FrameState, PosedJoints, Step};
+use super::{FrameState, Moved, PosedJoints, SpringBuilder, Step};
 use crate::{
     graph::{Graph, Value},
     heading::{rotation_vector, turn_between},
@@ -19,22 +19,23 @@ pub(super) struct VectorBuilder<'a> {
 }
 
 impl VectorBuilder<'_> {
-    /// Normalised motion vector (1, D) of a pose. Velocities are those of `step`, in the frame with
+    /// Normalised motion vector (1, D) of a pose. Velocities are those of `moved`, in the frame with
     /// the rotation `velocity_rotation` (1, 4).
     pub(super) fn vector(
         &self,
         graph: &mut Graph,
         pose: PosedJoints,
         frame: FrameState,
-        step: Step,
+        moved: Moved,
         velocity_rotation: Value,
     ) -> Value {
+        let Moved { step, masses } = moved;
         let [root_position, orientations, positions] = self.positions(graph, pose, frame);
         let [root_velocity, turn, velocities] = self.velocities(graph, step, velocity_rotation);
         let contacts = self.contacts(graph, pose.joints, step);
         // The order of `MotionSlices`.
         let [root_orientation, joint_rotations] = orientations_of(graph, orientations);
-        let parts = [
+        let mut parts = vec![
             root_position,
             root_velocity,
             root_orientation,
@@ -44,7 +45,13 @@ impl VectorBuilder<'_> {
             velocities,
             contacts,
         ];
-        let parts = parts.map(|part| graph.reshape(part, &[1, -1]));
+        parts.extend(
+            masses.map(|masses| SpringBuilder { model: self.model }.numbers(graph, masses, pose.joints)),
+        );
+        let parts: Vec<Value> = parts
+            .into_iter()
+            .map(|part| graph.reshape(part, &[1, -1]))
+            .collect();
         let vector = graph.concat(&parts, 1);
         self.normalised(graph, vector)
     }

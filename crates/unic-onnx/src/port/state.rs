@@ -1,7 +1,7 @@
 //! States: outputs of a tick that are inputs of the next one.
 
 use super::{
-    Axis::{Fixed, Joints, Motion, Recurrence, Vertices},
+    Axis::{Fixed, Joints, Masses, Motion, Recurrence, Vertices},
     Port, Role,
 };
 
@@ -44,6 +44,22 @@ pub(crate) const SEQUENCE_ORIGIN: Port = Port {
     role: Role::State,
     unit: "m",
     meaning: "world position of the root joint in the first frame",
+};
+/// Offsets of the masses on springs.
+pub(crate) const SPRING_OFFSETS: Port = Port {
+    name: "spring_offsets",
+    shape: &[Masses, Fixed(3)],
+    role: Role::State,
+    unit: "m",
+    meaning: "offset of each mass on a spring from its joint, in the axes of the world",
+};
+/// Velocities of the masses on springs.
+pub(crate) const SPRING_VELOCITIES: Port = Port {
+    name: "spring_velocities",
+    shape: &[Masses, Fixed(3)],
+    role: Role::State,
+    unit: "m/s",
+    meaning: "velocity of each mass on a spring, in the axes of the world",
 };
 /// Normalised motion vector of the last frame.
 pub(crate) const MOTION: Port = Port {

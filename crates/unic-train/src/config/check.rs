@@ -100,6 +100,11 @@ impl TrainConfig {
                 is_positive(limit.into()),
             )?;
         }
+        for spring in &self.model.springs {
+            let found = format!("{} Hz and {}", spring.frequency_hz, spring.damping_ratio);
+            let expected = "0.01 to 100 Hz and damping ratios of 0.01 to 0.99";
+            ensure("model.springs", expected, found, spring.is_usable())?;
+        }
         for (what, found) in self.amounts() {
             // NaN fails the comparison, infinity the second condition.
             ensure(what, "0 or more", found, found >= 0.0 && found.is_finite())?;

@@ -8,7 +8,7 @@ use super::{
 };
 use unic_core::{
     config::{EncoderConfig, FieldConfig, IntersectionMode, LatentCode, PointInput},
-    motion::{MotionLayout, NormalisationRule, NormalisedElements, VelocityScheme},
+    motion::{MotionLayout, NormalisationRule, NormalisedElements, Spring, VelocityScheme},
 };
 
 /// Named starting points.
@@ -48,6 +48,7 @@ fn paper() -> TrainConfig {
         model: ModelSettings {
             layout: MotionLayout::Paper,
             velocity: VelocityScheme::Forward,
+            springs: Vec::new(),
             normalisation: NormalisationRule::PAPER,
             encoder: EncoderConfig {
                 hidden: vec![4096, 4096],
@@ -116,6 +117,7 @@ fn standard() -> TrainConfig {
         model: ModelSettings {
             layout: MotionLayout::Heading,
             velocity: VelocityScheme::Backward,
+            springs: Spring::OF_PRESETS.to_vec(),
             normalisation: NormalisationRule {
                 elements: NormalisedElements::All,
                 least_std: 0.02,

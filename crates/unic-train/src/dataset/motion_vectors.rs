@@ -40,6 +40,7 @@ impl MotionVectors {
 
     /// The same vectors with zeros for the elements that are not `kept`, one flag an element.
     pub(crate) fn with_only(&self, kept: &[bool]) -> Self {
+        debug_assert_eq!(kept.len(), self.len);
         let only = |all: &Vec<f32>| {
             let pairs = all.iter().zip(kept.iter().cycle());
             pairs.map(|(x, kept)| if *kept { *x } else { 0.0 }).collect()

@@ -217,7 +217,7 @@ mod tests {
     };
     use glam::Vec3;
     use unic_core::{
-        motion::motion_len,
+        motion::{JointSprings, motion_len},
         skeleton::{ADULT_JOINTS, SMPL_JOINT_NAMES, SMPL_PARENTS, SkeletonParts},
     };
 
@@ -347,6 +347,7 @@ mod tests {
             velocity: unic_core::motion::VelocityScheme::Backward,
             contact_joints: [7, 10, 8, 11],
             contact_rest_heights_m: [0.0; 4],
+            springs: JointSprings::default(),
         };
         let start = |names: &[&str], layout| {
             let skeleton = human(1.0, names);

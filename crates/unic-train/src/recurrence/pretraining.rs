@@ -53,8 +53,11 @@ impl Pretraining<'_> {
         else {
             return Err(TrainError::Pretraining("settings without a recurrence"));
         };
+        // The unit reads elements that the skeletons of all humans have.
+        let mut without_springs = self.settings.clone();
+        without_springs.model.springs = Vec::new();
         let data = (self.captures.into_iter())
-            .map(|capture| Dataset::load(capture, self.settings, Fit::AllClips))
+            .map(|capture| Dataset::load(capture, &without_springs, Fit::AllClips))
             .collect::<Result<Vec<Dataset>, _>>()?;
         let first = data.first().ok_or(TrainError::Pretraining("no capture"))?;
         if !data.iter().all(|other| is_like(first, other)) {

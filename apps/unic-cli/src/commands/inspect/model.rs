@@ -6,7 +6,7 @@ use std::path::Path;
 use unic_core::{
     IntersectionMode, Model,
     config::{LatentCode, StateConfig},
-    motion::MotionLayout,
+    motion::{JointSprings, MotionLayout},
     replay::Replay,
 };
 use unic_io::inspect::{Fact, Inspection};
@@ -47,11 +47,25 @@ fn facts(path: &Path, model: &Model) -> Vec<Fact> {
         Fact::plain("motion vector", layout(config.motion.layout)),
         Fact::plain("intersection handling", intersection(config.intersection)),
     ];
+    facts.extend(springs(&config.motion.springs));
     facts.extend(model.prior().replay.as_ref().map(wrinkles));
     facts.extend(file_size(path));
     facts.extend(code(model));
     facts.extend(training(&about.training));
     facts
+}
+
+/// Fact about the springs that the motion vector reads.
+fn springs(springs: &JointSprings) -> Option<Fact> {
+    if springs.is_empty() {
+        return None;
+    }
+    let (per_joint, joints) = (springs.springs.len(), springs.joints.len());
+    Some(Fact::measured(
+        "springs",
+        format!("{per_joint} on each of {joints} joints"),
+        json!({ "per_joint": per_joint, "joints": joints }),
+    ))
 }
 
 /// Fact about a replay of wrinkles.

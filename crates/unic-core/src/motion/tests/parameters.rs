@@ -45,11 +45,26 @@ fn specifications_and_states_of_files_are_checked() {
     let text = serde_json::to_string(&spec).unwrap();
     assert_eq!(serde_json::from_str::<MotionSpec>(&text).unwrap(), spec);
     assert!(text.contains(r#""layout":"paper","velocity":"forward""#));
+    assert!(!text.contains("springs"), "files of earlier versions have none");
     let unknown = text.replace("layout", "layuot");
     assert!(serde_json::from_str::<MotionSpec>(&unknown).is_err());
+    spec.springs = springs(3);
+    let text = serde_json::to_string(&spec).unwrap();
+    assert_eq!(serde_json::from_str::<MotionSpec>(&text).unwrap(), spec);
     spec.contact_rest_heights_m[2] = f32::NAN;
     let found = spec.check(&character.skeleton);
     assert!(matches!(found, Err(MotionError::NotFinite { element: 2, .. })));
+    spec.springs.springs[1].damping_ratio = 1.0;
+    let found = spec.check(&character.skeleton);
+    let wrong = MotionError::Spring {
+        frequency_hz: 2.0,
+        damping_ratio: 1.0,
+    };
+    assert_eq!(found, Err(wrong));
+    spec.springs.joints[2] = 3;
+    let found = spec.check(&character.skeleton);
+    assert_eq!(found, Err(MotionError::SpringJoint { joint: 3, joints: 3 }));
+    spec.springs = springs(3);
     let pose = character.skeleton.bind_pose();
     let start = MotionInput {
         pose: &pose,
@@ -59,7 +74,7 @@ fn specifications_and_states_of_files_are_checked() {
         wind: Vec3::ZERO,
     };
     let state = MotionState::start(&spec, &character.skeleton, &start);
-    let found = state.check(&skeleton(&SMPL_PARENTS));
+    let found = state.check(&spec, &skeleton(&SMPL_PARENTS));
     assert!(matches!(
         found,
         Err(MotionError::Length {
@@ -73,13 +88,14 @@ fn specifications_and_states_of_files_are_checked() {
         "/heading/yaw",
         "/ground_height",
         "/vector/4",
+        "/masses/1/velocity/2",
         "/world_from_joint/1/translation/0",
     ] {
         let mut damaged = text.clone();
         // JSON has no infinity, but a number beyond the range of f32 is read as one.
         *damaged.pointer_mut(path).unwrap() = 1e300.into();
         let damaged: MotionState = serde_json::from_value(damaged).unwrap();
-        let found = damaged.check(&character.skeleton);
+        let found = damaged.check(&spec, &character.skeleton);
         assert!(
             matches!(found, Err(MotionError::NotFinite { .. })),
             "{path}: {found:?}"
@@ -92,7 +108,13 @@ fn normalised_elements_have_mean_zero_and_deviation_one() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
     let spec = spec(MotionLayout::Heading, VelocityScheme::Backward, 24);
     let vectors = streamed(&spec, &skeleton, &poses, Source::Clip);
-    let fitted = Normalisation::fit(24, NormalisationRule::PAPER, vectors.iter().map(Vec::as_slice)).unwrap();
+    let fitted = Normalisation::fit(
+        24,
+        motion_len(24),
+        NormalisationRule::PAPER,
+        vectors.iter().map(Vec::as_slice),
+    )
+    .unwrap();
     let mut scaled = vectors.clone();
     scaled.iter_mut().for_each(|c| fitted.apply(c));
     let normalised: Vec<usize> = MotionSlices::new(24).normalised().flatten().collect();
@@ -116,10 +138,10 @@ fn normalised_elements_have_mean_zero_and_deviation_one() {
 #[test]
 fn normalisations_are_checked() {
     assert_eq!(
-        Normalisation::fit(3, NormalisationRule::PAPER, [[0.0; 0]; 0]),
-        Ok(Normalisation::identity(3))
+        Normalisation::fit(3, 43, NormalisationRule::PAPER, [[0.0; 0]; 0]),
+        Ok(Normalisation::identity(43))
     );
-    let wrong = Normalisation::fit(3, NormalisationRule::PAPER, [&[0.0; 42][..]]);
+    let wrong = Normalisation::fit(3, 43, NormalisationRule::PAPER, [&[0.0; 42][..]]);
     assert!(matches!(
         wrong,
         Err(MotionError::Length {
@@ -130,14 +152,14 @@ fn normalisations_are_checked() {
     ));
     let mut vector = [0.0; 43];
     vector[7] = f32::INFINITY;
-    let wrong = Normalisation::fit(3, NormalisationRule::PAPER, [&vector[..]]);
+    let wrong = Normalisation::fit(3, 43, NormalisationRule::PAPER, [&vector[..]]);
     assert!(matches!(wrong, Err(MotionError::NotFinite { element: 7, .. })));
-    let mut normalisation = Normalisation::identity(3);
-    assert_eq!(normalisation.check(3), Ok(()));
-    assert!(normalisation.check(4).is_err());
+    let mut normalisation = Normalisation::identity(43);
+    assert_eq!(normalisation.check(43), Ok(()));
+    assert!(normalisation.check(55).is_err());
     normalisation.std[5] = 0.0;
     assert!(matches!(
-        normalisation.check(3),
+        normalisation.check(43),
         Err(MotionError::NotFinite { element: 5, .. })
     ));
 }

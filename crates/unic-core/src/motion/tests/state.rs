@@ -67,13 +67,14 @@ fn frames_transform_joint_positions_back_to_the_world() {
 fn a_restored_state_continues_with_the_same_bytes() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
     for (layout, velocity) in VARIANTS {
-        let spec = spec(layout, velocity, 24);
+        let mut spec = spec(layout, velocity, 24);
+        spec.springs = springs(24);
         for saved_at in [0, 30] {
             let mut state = MotionState::start(&spec, &skeleton, &input(&poses, 0, Source::Clip));
             (1..=saved_at).for_each(|t| state.advance(&spec, &skeleton, &input(&poses, t, Source::Clip)));
             let text = serde_json::to_string(&state).unwrap();
             let mut restored: MotionState = serde_json::from_str(&text).unwrap();
-            assert_eq!(restored.check(&skeleton), Ok(()));
+            assert_eq!(restored.check(&spec, &skeleton), Ok(()));
             for t in saved_at + 1..saved_at + 20 {
                 state.advance(&spec, &skeleton, &input(&poses, t, Source::Clip));
                 restored.advance(&spec, &skeleton, &input(&poses, t, Source::Clip));
@@ -87,7 +88,8 @@ fn a_restored_state_continues_with_the_same_bytes() {
 fn advancing_does_not_reallocate() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
     for (layout, velocity) in VARIANTS {
-        let spec = spec(layout, velocity, 24);
+        let mut spec = spec(layout, velocity, 24);
+        spec.springs = springs(24);
         let mut state = MotionState::start(&spec, &skeleton, &input(&poses, 0, Source::Clip));
         let buffers = |state: &MotionState| {
             let (before, now) = state.pair();
@@ -113,7 +115,8 @@ fn teleports_and_steps_of_zero_seconds_give_finite_numbers() {
         pose.local[0] = Quat::from_rotation_z(std::f32::consts::PI) * pose.local[0];
     }
     for (layout, velocity) in VARIANTS {
-        let spec = spec(layout, velocity, 24);
+        let mut spec = spec(layout, velocity, 24);
+        spec.springs = springs(24);
         let vectors = streamed(&spec, &skeleton, &poses, Source::Clip);
         assert!(vectors.iter().flatten().all(|x| x.is_finite()));
         let mut state = MotionState::start(&spec, &skeleton, &input(&poses, 0, Source::Live));
@@ -145,6 +148,7 @@ fn contacts(layout: MotionLayout, offset: [Vec3; 2], ground: [f32; 2]) -> [f32; 
         velocity: VelocityScheme::Backward,
         contact_joints: [1; 4],
         contact_rest_heights_m: [0.1; 4],
+        springs: JointSprings::default(),
     };
     let poses = offset.map(|trans| Pose {
         trans,
