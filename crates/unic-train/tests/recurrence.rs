@@ -55,6 +55,8 @@ fn take_of(clip: usize, sizes: &[f32]) -> Take {
 
 fn settings(recurrence: bool) -> TrainConfig {
     let mut config = small(Preset::Tiny);
+    // The recurrence alone remembers.
+    config.model.springs = Vec::new();
     let StateSettings::Displacement {
         prior_shapes,
         recurrence: settings,

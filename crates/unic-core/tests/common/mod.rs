@@ -18,7 +18,7 @@ use unic_core::{
     features::RestBox,
     mesh::TriMesh,
     model::{About, ModelParts},
-    motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
+    motion::{JointSprings, MotionLayout, MotionSpec, Normalisation, Spring, VelocityScheme, motion_len},
     network::Linear,
     prior::Prior,
     projection::{StrainLimit, limited_pairs},
@@ -245,7 +245,7 @@ pub fn graded(rings: usize, segments: usize) -> Vec<f32> {
 
 /// Model of the sizes in `config`, with random networks.
 pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit: Option<f32>) -> ModelParts {
-    let (inputs, points) = (2 * motion_len(JOINTS), config.state.input_len());
+    let (inputs, points) = (2 * motion_numbers(), config.state.input_len());
     let widths = config.encoder.widths(inputs);
     let encoder = widths
         .windows(2)
@@ -321,7 +321,24 @@ pub fn model(variant: &Variant) -> Arc<Model> {
 
 fn motion_spec(variant: &Variant) -> MotionSpec {
     let (layout, velocity) = (variant.layout, variant.velocity);
-    MotionSpec::new(layout, velocity, [2, 2, 3, 3], &character()).unwrap()
+    MotionSpec {
+        springs: springs(),
+        ..MotionSpec::new(layout, velocity, [2, 2, 3, 3], &character()).unwrap()
+    }
+}
+
+/// A spring of each kind on two joints.
+fn springs() -> JointSprings {
+    let [by_joint, by_air] = [Spring::OF_PRESETS[0], Spring::OF_PRESETS[3]];
+    JointSprings {
+        joints: vec![0, 2],
+        springs: vec![by_joint, by_air],
+    }
+}
+
+/// Numbers of a motion vector.
+fn motion_numbers() -> usize {
+    motion_len(JOINTS) + springs().numbers()
 }
 
 /// Generator of pseudo-random numbers in −1..1 that are the same on all machines (splitmix64).
@@ -355,7 +372,7 @@ fn linear(inputs: usize, outputs: usize, gain: f32, seed: u64) -> Linear {
 
 fn normalisation(limit: Option<f32>) -> Normalisation {
     let mut noise = Noise(300);
-    let mut normalisation = Normalisation::identity(motion_len(JOINTS));
+    let mut normalisation = Normalisation::identity(motion_numbers());
     normalisation.limit = limit;
     normalisation
         .mean
@@ -372,7 +389,7 @@ fn normalisation(limit: Option<f32>) -> Normalisation {
 /// two or more components it has a recurrence and a replay.
 pub fn prior(vertices: usize, components: usize) -> Prior {
     let mut noise = Noise(400);
-    let inputs = 2 * motion_len(JOINTS);
+    let inputs = 2 * motion_numbers();
     Prior {
         mean: (0..vertices).map(|_| noise.vector() * 0.02).collect(),
         map: linear(inputs, components, 0.7, 401),
