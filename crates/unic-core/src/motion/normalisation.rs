@@ -2,6 +2,7 @@
 
 use super::{MotionError, MotionSlices, motion_len};
 use serde::{Deserialize, Serialize};
+use std::iter;
 
 /// Standard deviation below which an element counts as constant in training and is centred only.
 ///
@@ -107,7 +108,7 @@ impl Normalisation {
             NormalisedElements::PositionsAndVelocities => {
                 MotionSlices::new(joints)
                     .normalised()
-                    .chain([motion_len(joints)..len])
+                    .chain(iter::once(motion_len(joints)..len))
                     .flatten()
                     .for_each(&mut normalise);
             }
