@@ -99,8 +99,6 @@ fn a_step_allocates_nothing_after_the_first_ones() {
             let mut animator = Animator::new(Arc::clone(&model));
             animator.set_threads(Arc::clone(&workers) as Arc<dyn Threads>);
             animator.set_intersection(mode);
-            // Once through: lists of vertices in contact grow to the largest that they have held.
-            run(&mut animator, &poses);
             run(&mut animator, &poses[..4]);
             workers.allocations.store(0, Ordering::Relaxed);
             let counted = allocation_counter::measure(|| {

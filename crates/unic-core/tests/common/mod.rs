@@ -49,6 +49,7 @@ pub struct Variant {
     pub code: LatentCode,
     /// Strain projection with limits 2 % around the rest lengths.
     pub projection: Option<ProjectionConfig>,
+    pub springs: JointSprings,
 }
 
 /// Mask of the garment's vertices.
@@ -83,6 +84,7 @@ pub fn variants() -> Vec<Variant> {
         masking: Masking::None,
         code: LatentCode::PickedLogit,
         projection: None,
+        springs: JointSprings::default(),
     };
     let one_hot = Variant {
         code: LatentCode::OneHot,
@@ -173,7 +175,10 @@ pub fn variants() -> Vec<Variant> {
             None,
         ),
         variant("pose only", Heading, Backward, pose_only, 1, Some(5.0)),
-        variant("kept garment", Heading, Backward, kept, 2, Some(5.0)),
+        Variant {
+            springs: springs(),
+            ..variant("kept garment", Heading, Backward, kept, 2, Some(5.0))
+        },
     ]
 }
 
@@ -222,7 +227,8 @@ pub fn parts(variant: &Variant) -> ModelParts {
         projection: variant.projection,
     };
     let garment = tube(13, 12, 0.27);
-    let prior = prior(garment.rest.vertices.len(), variant.components);
+    let inputs = 2 * config.motion.len(JOINTS);
+    let prior = prior_of(inputs, garment.rest.vertices.len(), variant.components);
     let mut parts = with_networks(config, garment, prior, variant.limit);
     if !has_field(variant) {
         parts.field.last_mut().unwrap().scale(0.0);
@@ -245,7 +251,8 @@ pub fn graded(rings: usize, segments: usize) -> Vec<f32> {
 
 /// Model of the sizes in `config`, with random networks.
 pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit: Option<f32>) -> ModelParts {
-    let (inputs, points) = (2 * motion_numbers(), config.state.input_len());
+    let motion = config.motion.len(JOINTS);
+    let (inputs, points) = (2 * motion, config.state.input_len());
     let widths = config.encoder.widths(inputs);
     let encoder = widths
         .windows(2)
@@ -271,7 +278,7 @@ pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit:
         encoder: encoder.collect(),
         field: field.collect(),
         rest_box: RestBox::of(&garment.rest.vertices),
-        normalisation: normalisation(limit),
+        normalisation: normalisation(limit, motion),
         character: character(),
         garment,
         prior,
@@ -322,7 +329,7 @@ pub fn model(variant: &Variant) -> Arc<Model> {
 fn motion_spec(variant: &Variant) -> MotionSpec {
     let (layout, velocity) = (variant.layout, variant.velocity);
     MotionSpec {
-        springs: springs(),
+        springs: variant.springs.clone(),
         ..MotionSpec::new(layout, velocity, [2, 2, 3, 3], &character()).unwrap()
     }
 }
@@ -334,11 +341,6 @@ fn springs() -> JointSprings {
         joints: vec![0, 2],
         springs: vec![by_joint, by_air],
     }
-}
-
-/// Numbers of a motion vector.
-fn motion_numbers() -> usize {
-    motion_len(JOINTS) + springs().numbers()
 }
 
 /// Generator of pseudo-random numbers in −1..1 that are the same on all machines (splitmix64).
@@ -370,9 +372,9 @@ fn linear(inputs: usize, outputs: usize, gain: f32, seed: u64) -> Linear {
     }
 }
 
-fn normalisation(limit: Option<f32>) -> Normalisation {
+fn normalisation(limit: Option<f32>, len: usize) -> Normalisation {
     let mut noise = Noise(300);
-    let mut normalisation = Normalisation::identity(motion_numbers());
+    let mut normalisation = Normalisation::identity(len);
     normalisation.limit = limit;
     normalisation
         .mean
@@ -388,8 +390,11 @@ fn normalisation(limit: Option<f32>) -> Normalisation {
 /// Random prior with a few centimetres of mean displacement and of each principal component. With
 /// two or more components it has a recurrence and a replay.
 pub fn prior(vertices: usize, components: usize) -> Prior {
+    prior_of(2 * motion_len(JOINTS), vertices, components)
+}
+
+fn prior_of(inputs: usize, vertices: usize, components: usize) -> Prior {
     let mut noise = Noise(400);
-    let inputs = 2 * motion_numbers();
     Prior {
         mean: (0..vertices).map(|_| noise.vector() * 0.02).collect(),
         map: linear(inputs, components, 0.7, 401),
