@@ -3,8 +3,9 @@
 //! For training and evaluation, which make the vectors by the same code as the animator.
 //!
 //! A skeleton of J joints, the root included, has a vector of 12 J + 7 numbers, and more with
-//! springs: 295 for SMPL's 24 joints, as in the paper (section "Motion representation"). Joint slices leave the root out and
-//! keep the skeleton's order. A 6D rotation is the first two rows of the rotation matrix.
+//! springs: 295 for SMPL's 24 joints, as in the paper (section "Motion representation"). Joint
+//! slices leave the root out and keep the skeleton's order. A 6D rotation is the first two rows of
+//! the rotation matrix.
 //!
 //! | slice (J = 24) | content | layout `Paper` | layout `Heading` |
 //! |---|---|---|---|

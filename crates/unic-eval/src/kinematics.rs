@@ -105,6 +105,11 @@ impl ClipKinematics {
         self.world_from_state[frame]
     }
 
+    /// Returns the length of a motion vector.
+    pub fn motion_len(&self) -> usize {
+        self.motion_len
+    }
+
     /// Returns the motion vector c_t of one frame, not normalised.
     pub fn motion(&self, frame: usize) -> &[f32] {
         let len = self.motion_len;

@@ -71,11 +71,8 @@ fn input_scale(set: &TrainingSet) -> Normalisation {
     let vectors = frames
         .iter()
         .map(|f| set.train[f.clip].kinematics.motion(f.frame));
+    let len = set.train.first().map_or(0, |clip| clip.kinematics.motion_len());
     // This fails for motion vectors that are not finite, which no clip that could be read has.
-    let len = set
-        .train
-        .first()
-        .map_or(0, |clip| clip.kinematics.motion(0).len());
     Normalisation::fit(joints, len, INPUT_SCALE, vectors).unwrap_or_else(|_| Normalisation::identity(len))
 }
 
