@@ -58,8 +58,8 @@ impl Default for ProjectionConfig {
     fn default() -> Self {
         Self {
             coarse_sweeps: 4,
-            sweeps: 10,
-            bending_sweeps: 8,
+            sweeps: 12,
+            bending_sweeps: 6,
             bending: 0.6,
             pull_s: 0.2,
             carry_s: 0.3,

@@ -56,8 +56,8 @@ pub use sweep::{Edge, LEAST_LENGTH, Stencil};
 pub const START_ROUNDS: usize = 4;
 
 /// Rounds of relaxation after intersection handling. Each round has [`RELAX_SWEEPS`] sweeps over the
-/// edges. One sweep over hinges and free edges follows, unless the projection has none. Then vertices
-/// move above their planes.
+/// edges. One sweep over hinges and free edges follows the first of them, unless the projection has
+/// none. Then vertices move above their planes.
 pub const RELAX_ROUNDS: usize = 3;
 
 /// Sweeps over the edges in each of the [`RELAX_ROUNDS`].
@@ -375,7 +375,7 @@ impl StrainProjection {
     /// Brings the edges of shown positions, metres, back towards their limits after intersection
     /// handling, while each vertex stays above its plane.
     ///
-    /// A sweep over the hinges ends each round before the planes. It smooths the moves from the
+    /// The first sweep of each round is followed by one over the hinges. It smooths the moves from the
     /// positions that [`ProjectionScratch::keep_uncorrected`] has kept in this tick. Without it the
     /// cloth beside a push crumples.
     pub(crate) fn relax(
@@ -391,19 +391,10 @@ impl StrainProjection {
         } = scratch;
         relaxed.clear();
         relaxed.extend(positions.iter().map(|p| Vec3A::from(*p)));
-        let colours = self.edges.len();
-        let edges = RELAX_SWEEPS * colours;
-        let stencils = match self.config.hinge_sweeps() {
-            0 => 0,
-            _ => self.stencils.len(),
-        };
-        let stage_at = |stage: usize| match stage.checked_sub(edges) {
-            Some(colour) => Stage::Bending(self.stencils.get(colour)),
-            None => Stage::Edges(self.edges.get(stage % colours)),
-        };
+        // Hinges in the first sweep of a round: edges that they shorten regain their lengths.
+        let hinge_sweeps = self.config.hinge_sweeps().min(1);
         for _ in 0..RELAX_ROUNDS {
-            // SAFETY: the constraints of a colour share no vertex, and their vertices exist.
-            unsafe { sweep::solve(edges + stencils, stage_at, &self.freedom, uncorrected, relaxed) }
+            self.sweep(RELAX_SWEEPS, hinge_sweeps, uncorrected, relaxed);
             for (p, plane) in relaxed.iter_mut().zip(planes) {
                 *p = plane.closest((*p).into()).into();
             }
@@ -426,13 +417,18 @@ impl StrainProjection {
             Memory::None => START_ROUNDS,
             Memory::Previous => 1,
         };
-        let (sweeps, hinge_sweeps) = (self.config.sweeps, self.config.hinge_sweeps());
         if let Some(levels) = &self.levels {
             levels.solve(rounds, &self.freedom, scratch, projected);
         }
+        let (sweeps, hinge_sweeps) = (self.config.sweeps, self.config.hinge_sweeps());
+        self.sweep(rounds * sweeps, rounds * hinge_sweeps, predicted, projected);
+    }
+
+    /// Sweeps over the edges. The first `hinge_sweeps` of them are each followed by one over the
+    /// hinges, which smooths the moves from `reference`.
+    fn sweep(&self, sweeps: usize, hinge_sweeps: usize, reference: &[Vec3A], positions: &mut [Vec3A]) {
         let (edges, stencils) = (self.edges.len(), self.stencils.len());
-        // Sweeps with bending come first.
-        let bending = rounds * hinge_sweeps * (edges + stencils);
+        let bending = hinge_sweeps * (edges + stencils);
         let stage_at = |stage: usize| match stage.checked_sub(bending) {
             Some(after) => Stage::Edges(self.edges.get(after % edges)),
             None => match (stage % (edges + stencils)).checked_sub(edges) {
@@ -440,8 +436,8 @@ impl StrainProjection {
                 None => Stage::Edges(self.edges.get(stage % (edges + stencils))),
             },
         };
-        let rest = rounds * (sweeps - hinge_sweeps) * edges;
+        let rest = (sweeps - hinge_sweeps) * edges;
         // SAFETY: the constraints of a colour share no vertex, and their vertices exist.
-        unsafe { sweep::solve(bending + rest, stage_at, &self.freedom, predicted, projected) }
+        unsafe { sweep::solve(bending + rest, stage_at, &self.freedom, reference, positions) }
     }
 }

@@ -173,10 +173,10 @@ impl Projection {
         let mut dispatches = vec![self.for_vertices(&kernels.load_shown, &load)?];
         for _ in 0..RELAX_ROUNDS {
             let bends = &buffers.bends;
-            // `bending` sweeps over the edges too, so that its run is the last of a round.
+            // `bending` sweeps over the edges too.
             let bending = self.hinge_sweeps.min(1);
-            dispatches.extend(self.edges.run(&mut positions, bends, RELAX_SWEEPS - bending)?);
             dispatches.extend(self.bending.run(&mut positions, bends, bending)?);
+            dispatches.extend(self.edges.run(&mut positions, bends, RELAX_SWEEPS - bending)?);
             let planes = [(18, positions.now), (22, contacts.planes)];
             dispatches.push(self.for_vertices(&kernels.stay_above, &planes)?);
         }

@@ -562,3 +562,22 @@ fn hinges_spread_a_push_more_than_edges_alone() {
     let still = moves_after_a_push(&mesh, config(), &free, 0.0);
     assert!(still.iter().all(|by| by.length() < 1e-7));
 }
+
+#[test]
+fn edges_that_hinges_shorten_regain_their_lengths() {
+    let mesh = sheet(2);
+    let projection = inextensible(config(), &mesh, None);
+    let mut scratch = ProjectionScratch::default();
+    scratch.keep_uncorrected(&mesh.vertices);
+    // Folded along its diagonal by 60 degrees. All lengths are right.
+    let diagonal = mesh.vertices[3].normalize();
+    let mut positions = mesh.vertices.clone();
+    positions[1] = Quat::from_axis_angle(diagonal, 60f32.to_radians()) * positions[1];
+    projection.relax(&[ContactPlane::NONE; 4], &mut positions, &mut scratch);
+    let strains = lengths(&mesh, &positions)
+        .into_iter()
+        .zip(lengths(&mesh, &mesh.vertices));
+    let strains: Vec<f32> = strains.map(|(now, rest)| (now / rest - 1.0).abs()).collect();
+    let largest = strains.into_iter().fold(0.0, f32::max);
+    assert!(largest < 1e-3, "{largest}");
+}

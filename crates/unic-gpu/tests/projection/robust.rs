@@ -13,7 +13,7 @@ use unic_core::{
     Animator, Model, Start,
     config::{Corrects, IntersectionMode},
     intersection::{Handling, RobustBody},
-    projection::{Edge, RELAX_ROUNDS, RELAX_SWEEPS},
+    projection::{Edge, RELAX_ROUNDS, RELAX_SWEEPS, StrainProjection},
 };
 use unic_gpu::Precision;
 
@@ -69,29 +69,10 @@ fn shown(model: &Model, handling: &Handling, skinned: &[Vec3], positions: &mut [
     let mut relaxed = positions.to_vec();
     let mut by_hinges = vec![Vec3::ZERO; relaxed.len()];
     for _ in 0..RELAX_ROUNDS {
-        let sweeps = (0..RELAX_SWEEPS).flat_map(|_| projection.edge_colours());
-        for edge in sweeps.flatten() {
-            let [a, b] = edge.ends.map(|v| v as usize);
-            let along = relaxed[b] - relaxed[a];
-            let wanted = along.length().max(edge.limit.shortest).min(edge.limit.longest);
-            let correction = along * (1.0 - wanted / along.length());
-            let shares = Edge::shares(edge.ends.map(|end| projection.freedom().of(end)));
-            relaxed[a] += correction * shares[0];
-            relaxed[b] -= correction * shares[1];
-        }
-        for stencil in projection.stencil_colours().flatten() {
-            let corners = || {
-                stencil
-                    .vertices
-                    .iter()
-                    .map(|&v| v as usize)
-                    .zip(stencil.coefficients())
-            };
-            let sum: Vec3 = corners().map(|(v, k)| (relaxed[v] - uncorrected[v]) * k).sum();
-            for (v, k) in corners() {
-                let by = -sum * (stencil.scale() * k * projection.freedom().of(v as u32));
-                relaxed[v] += by;
-                by_hinges[v] += by;
+        for sweep in 0..RELAX_SWEEPS {
+            sweep_edges(projection, &mut relaxed);
+            if sweep == 0 {
+                smooth_moves(projection, &uncorrected, &mut relaxed, &mut by_hinges);
             }
         }
         for (p, plane) in relaxed.iter_mut().zip(&planes) {
@@ -109,6 +90,40 @@ fn shown(model: &Model, handling: &Handling, skinned: &[Vec3], positions: &mut [
         positions[vertex] = out.unwrap_or(p);
     }
     pushes
+}
+
+/// Brings each edge into its limits.
+fn sweep_edges(projection: &StrainProjection, positions: &mut [Vec3]) {
+    for edge in projection.edge_colours().flatten() {
+        let [a, b] = edge.ends.map(|v| v as usize);
+        let along = positions[b] - positions[a];
+        let wanted = along.length().max(edge.limit.shortest).min(edge.limit.longest);
+        let correction = along * (1.0 - wanted / along.length());
+        let shares = Edge::shares(edge.ends.map(|end| projection.freedom().of(end)));
+        positions[a] += correction * shares[0];
+        positions[b] -= correction * shares[1];
+    }
+}
+
+/// Smooths the moves from the uncorrected positions at each hinge, and adds what hinges move.
+fn smooth_moves(
+    projection: &StrainProjection,
+    uncorrected: &[Vec3],
+    positions: &mut [Vec3],
+    by_hinges: &mut [Vec3],
+) {
+    for stencil in projection.stencil_colours().flatten() {
+        let vertices = stencil.vertices.iter().map(|&v| v as usize);
+        let corners = vertices.zip(stencil.coefficients());
+        let sum: Vec3 = (corners.clone())
+            .map(|(v, k)| (positions[v] - uncorrected[v]) * k)
+            .sum();
+        for (v, k) in corners {
+            let by = -sum * (stencil.scale() * k * projection.freedom().of(v as u32));
+            positions[v] += by;
+            by_hinges[v] += by;
+        }
+    }
 }
 
 /// Normal and height of the plane of a vertex near the body.
