@@ -375,9 +375,9 @@ impl StrainProjection {
     /// Brings the edges of shown positions, metres, back towards their limits after intersection
     /// handling, while each vertex stays above its plane.
     ///
-    /// The first sweep of each round is followed by one over the hinges. It smooths the moves from the
-    /// positions that [`ProjectionScratch::keep_uncorrected`] has kept in this tick. Without it the
-    /// cloth beside a push crumples.
+    /// One sweep over the hinges, if the projection has any, follows the first sweep of each round. It
+    /// smooths the moves from the positions that [`ProjectionScratch::keep_uncorrected`] has kept in
+    /// this tick. Without it the cloth beside a push crumples.
     pub(crate) fn relax(
         &self,
         planes: &[ContactPlane],
@@ -391,7 +391,7 @@ impl StrainProjection {
         } = scratch;
         relaxed.clear();
         relaxed.extend(positions.iter().map(|p| Vec3A::from(*p)));
-        // Hinges in the first sweep of a round: edges that they shorten regain their lengths.
+        // After the first sweep of a round: later ones lengthen the edges that hinges have shortened.
         let hinge_sweeps = self.config.hinge_sweeps().min(1);
         for _ in 0..RELAX_ROUNDS {
             self.sweep(RELAX_SWEEPS, hinge_sweeps, uncorrected, relaxed);

@@ -173,7 +173,7 @@ impl Projection {
         let mut dispatches = vec![self.for_vertices(&kernels.load_shown, &load)?];
         for _ in 0..RELAX_ROUNDS {
             let bends = &buffers.bends;
-            // `bending` sweeps over the edges too.
+            // A sweep of `self.bending` is one over the edges, then one over the stencils.
             let bending = self.hinge_sweeps.min(1);
             dispatches.extend(self.bending.run(&mut positions, bends, bending)?);
             dispatches.extend(self.edges.run(&mut positions, bends, RELAX_SWEEPS - bending)?);
