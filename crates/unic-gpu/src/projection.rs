@@ -172,11 +172,8 @@ impl Projection {
         let load = [shown, (18, positions.now)];
         let mut dispatches = vec![self.for_vertices(&kernels.load_shown, &load)?];
         for _ in 0..RELAX_ROUNDS {
-            let bends = &buffers.bends;
-            // A sweep of `self.bending` is one over the edges, then one over the stencils.
-            let bending = self.hinge_sweeps.min(1);
-            dispatches.extend(self.bending.run(&mut positions, bends, bending)?);
-            dispatches.extend(self.edges.run(&mut positions, bends, RELAX_SWEEPS - bending)?);
+            let hinge_sweeps = self.hinge_sweeps.min(1);
+            dispatches.extend(self.sweep(buffers, &mut positions, RELAX_SWEEPS, hinge_sweeps)?);
             let planes = [(18, positions.now), (22, contacts.planes)];
             dispatches.push(self.for_vertices(&kernels.stay_above, &planes)?);
         }
@@ -197,18 +194,29 @@ impl Projection {
             ProjectionTick::Start => START_ROUNDS,
             ProjectionTick::Next => 1,
         };
-        let bending = self.hinge_sweeps;
-        let bends = &buffers.bends;
         let mut dispatches = match &self.levels {
             Some(levels) => levels.solve(buffers, positions, rounds)?,
             None => Vec::new(),
         };
-        dispatches.extend(self.bending.measure_bends(&buffers.predicted, bends)?);
-        dispatches.extend(self.bending.run(positions, bends, rounds * bending)?);
-        dispatches.extend(
-            self.edges
-                .run(positions, bends, rounds * (self.sweeps - bending))?,
-        );
+        dispatches.extend(self.bending.measure_bends(&buffers.predicted, &buffers.bends)?);
+        let (sweeps, hinge_sweeps) = (rounds * self.sweeps, rounds * self.hinge_sweeps);
+        dispatches.extend(self.sweep(buffers, positions, sweeps, hinge_sweeps)?);
+        Ok(dispatches)
+    }
+
+    /// Makes the dispatches of sweeps over the edges, the first `hinge_sweeps` of which are each
+    /// followed by one over the hinges.
+    fn sweep(
+        &self,
+        buffers: &Buffers,
+        positions: &mut Positions,
+        sweeps: usize,
+        hinge_sweeps: usize,
+    ) -> Result<Vec<Dispatch>, GpuError> {
+        let bends = &buffers.bends;
+        // A sweep of `self.bending` is one over the edges, then one over the stencils.
+        let mut dispatches = self.bending.run(positions, bends, hinge_sweeps)?;
+        dispatches.extend(self.edges.run(positions, bends, sweeps - hinge_sweeps)?);
         Ok(dispatches)
     }
 
