@@ -16,15 +16,17 @@
 //!    drawn back to the prediction a little.
 //! 2. On coarse levels of well-spread vertices, chords between neighbours are brought into their
 //!    limits, and all vertices move along. Sweeps over the edges of a fine mesh would not reach far,
-//!    and the cloth would crumple where it should hang lower.
+//!    and the cloth would crumple where it should hang lower. The moves of a level are smoothed, or
+//!    the level would crumple itself.
 //! 3. A few Gauss-Seidel sweeps over the edges bring each length into its limits (position-based
 //!    dynamics, Müller et al. 2007). Sweeps over hinges between them smooth the offset by the
 //!    quadratic bending energy of Bergou et al. 2006. Free edges, which have no hinges, are smoothed
-//!    as rods.
+//!    by their third differences.
 //! 4. What is left is the offset of this tick.
 //!
 //! The prediction itself is not changed: it continues as if there were no projection.
 
+mod constraints;
 mod freedom;
 mod levels;
 mod stencil;
@@ -35,21 +37,21 @@ mod transfer;
 
 use crate::{
     animator::VertexState,
-    colouring::colour_constraints,
     config::ProjectionConfig,
     features::PointHistory,
     mesh::TriMesh,
     parallel::{for_each, for_each_chunk},
     topology::{edges, weld},
 };
+use constraints::{Constraints, Sweeps};
 use glam::{Vec3, Vec3A};
 use levels::{LevelScratch, LevelTopology};
 use stencil::bending_stencils;
-use sweep::{PART, Stage};
+use sweep::PART;
 use thiserror::Error;
 
 pub use freedom::Freedom;
-pub use levels::{Level, Levels};
+pub use levels::{Level, LevelSmoothing, Levels};
 pub use sweep::{Edge, LEAST_LENGTH, Stencil};
 
 /// Sweeps of a start without a previous tick, for each sweep of a later tick.
@@ -113,55 +115,8 @@ pub struct StrainProjection {
     /// First vertex at the place of each vertex. Only first vertices are solved for.
     first_at_place: Vec<u32>,
     freedom: Freedom,
-    edges: Colours<Edge>,
-    stencils: Colours<Stencil>,
+    constraints: Constraints,
     levels: Option<Levels>,
-}
-
-/// Constraints in the order of their colours. Those of one colour share no vertex.
-#[derive(Clone, Debug)]
-struct Colours<T> {
-    constraints: Vec<T>,
-    /// End of each colour in `constraints`.
-    ends: Vec<usize>,
-}
-
-impl<T> Colours<T> {
-    /// Sorts constraints by colour, given the vertices of each.
-    fn new<const N: usize>(constraints: Vec<T>, vertices: &[[u32; N]], vertex_count: usize) -> Self {
-        let colours = colour_constraints(vertices, vertex_count);
-        let ends = (colours.iter())
-            .scan(0, |end, colour| {
-                *end += colour.len();
-                Some(*end)
-            })
-            .collect();
-        let mut constraints: Vec<Option<T>> = constraints.into_iter().map(Some).collect();
-        // Every constraint has one colour, so that each is taken once.
-        let sorted = colours
-            .iter()
-            .flatten()
-            .filter_map(|&i| constraints[i as usize].take());
-        Self {
-            constraints: sorted.collect(),
-            ends,
-        }
-    }
-
-    /// Number of colours.
-    fn len(&self) -> usize {
-        self.ends.len()
-    }
-
-    /// Returns the constraints of a colour.
-    fn get(&self, colour: usize) -> &[T] {
-        let start = colour.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.constraints[start..self.ends[colour]]
-    }
-
-    fn iter(&self) -> impl Iterator<Item = &[T]> {
-        (0..self.len()).map(|colour| self.get(colour))
-    }
 }
 
 /// Time and place of a tick of the projection.
@@ -256,16 +211,13 @@ impl StrainProjection {
         let count = rest.vertices.len();
         let packed = ends.iter().zip(&limits);
         let packed = packed.map(|(&ends, &limit)| Edge { ends, limit });
-        let stencils = bending_stencils(&rest.vertices, &faces, &ends);
-        let corners: Vec<[u32; 4]> = stencils.iter().map(|s| s.vertices).collect();
-        let stencils = stencils.iter().map(|s| Stencil::new(s, config.bending, &freedom));
+        let stencils = bending_stencils(&rest.vertices, &faces, &ends, config.bending);
+        let stencils = stencils.iter().map(|s| Stencil::new(s, &freedom));
         let limits_of_chords = &limits[ends.len()..];
-        let levels = levels
-            .map(|topology| Levels::new(topology, rest, config.coarse_sweeps, &freedom, limits_of_chords));
+        let levels = levels.map(|topology| Levels::new(topology, rest, &config, &freedom, limits_of_chords));
         Ok(Self {
             levels,
-            edges: Colours::new(packed.collect(), &ends, count),
-            stencils: Colours::new(stencils.collect(), &corners, count),
+            constraints: Constraints::new(packed.collect(), stencils.collect(), count),
             config,
             limits,
             first_at_place,
@@ -301,13 +253,13 @@ impl StrainProjection {
 
     /// Edges colour by colour, in the order of a sweep. Those of one colour share no vertex.
     pub fn edge_colours(&self) -> impl Iterator<Item = &[Edge]> {
-        self.edges.iter()
+        self.constraints.edges.iter()
     }
 
     /// Bending stencils colour by colour, in the order of a sweep. Those of one colour share no
     /// vertex.
     pub fn stencil_colours(&self) -> impl Iterator<Item = &[Stencil]> {
-        self.stencils.iter()
+        self.constraints.stencils.iter()
     }
 
     /// Advances the offsets by one tick, given the predicted world positions of all vertices.
@@ -392,9 +344,12 @@ impl StrainProjection {
         relaxed.clear();
         relaxed.extend(positions.iter().map(|p| Vec3A::from(*p)));
         // After the first sweep of a round: later ones lengthen the edges that hinges have shortened.
-        let hinge_sweeps = self.config.hinge_sweeps().min(1);
+        let sweeps = Sweeps {
+            edges: RELAX_SWEEPS,
+            smoothed: self.config.hinge_sweeps().min(1),
+        };
         for _ in 0..RELAX_ROUNDS {
-            self.sweep(RELAX_SWEEPS, hinge_sweeps, uncorrected, relaxed);
+            (self.constraints).sweep(sweeps, &self.freedom, uncorrected, relaxed);
             for (p, plane) in relaxed.iter_mut().zip(planes) {
                 *p = plane.closest((*p).into()).into();
             }
@@ -420,24 +375,10 @@ impl StrainProjection {
         if let Some(levels) = &self.levels {
             levels.solve(rounds, &self.freedom, scratch, projected);
         }
-        let (sweeps, hinge_sweeps) = (self.config.sweeps, self.config.hinge_sweeps());
-        self.sweep(rounds * sweeps, rounds * hinge_sweeps, predicted, projected);
-    }
-
-    /// Sweeps over the edges. The first `hinge_sweeps` of them are each followed by one over the
-    /// hinges, which smooths the moves from `reference`.
-    fn sweep(&self, sweeps: usize, hinge_sweeps: usize, reference: &[Vec3A], positions: &mut [Vec3A]) {
-        let (edges, stencils) = (self.edges.len(), self.stencils.len());
-        let bending = hinge_sweeps * (edges + stencils);
-        let stage_at = |stage: usize| match stage.checked_sub(bending) {
-            Some(after) => Stage::Edges(self.edges.get(after % edges)),
-            None => match (stage % (edges + stencils)).checked_sub(edges) {
-                Some(colour) => Stage::Bending(self.stencils.get(colour)),
-                None => Stage::Edges(self.edges.get(stage % (edges + stencils))),
-            },
+        let sweeps = Sweeps {
+            edges: rounds * self.config.sweeps,
+            smoothed: rounds * self.config.hinge_sweeps(),
         };
-        let rest = (sweeps - hinge_sweeps) * edges;
-        // SAFETY: the constraints of a colour share no vertex, and their vertices exist.
-        unsafe { sweep::solve(bending + rest, stage_at, &self.freedom, reference, positions) }
+        (self.constraints).sweep(sweeps, &self.freedom, predicted, projected);
     }
 }

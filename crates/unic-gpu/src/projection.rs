@@ -104,7 +104,8 @@ impl Projection {
 
     /// Number of sums in an animator's buffer of bends.
     pub(crate) fn bends(&self) -> usize {
-        self.bending.bends()
+        let of_levels = self.levels.as_ref().map_or(0, Levels::bends);
+        self.bending.bends().max(of_levels)
     }
 
     /// Sets the offsets to zero.

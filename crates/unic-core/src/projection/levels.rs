@@ -1,17 +1,20 @@
 //! Coarse levels of a projection: chords between well-spread vertices, solved before the edges.
 
 use super::{
-    Colours, Edge, StrainLimit,
+    Edge, StrainLimit,
+    constraints::{Constraints, Sweeps},
     freedom::Freedom,
-    sweep::{PART, Stage, solve},
+    stencil::level_stencils,
+    sweep::{PART, Stencil},
 };
 use crate::{
+    config::ProjectionConfig,
     mesh::TriMesh,
     parallel::for_each_chunk,
     sampling::{InterpolationRow, Sampling, rows_of},
     topology::edges,
 };
-use glam::Vec3A;
+use glam::{Vec3, Vec3A};
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 /// Number of vertices for each sample of the finest level.
@@ -170,13 +173,24 @@ pub struct Levels {
     freedom: Freedom,
     levels: Vec<Level>,
     sweeps: usize,
+    /// Whether sweeps over stencils follow those over the chords.
+    smoothing: LevelSmoothing,
 }
 
-/// One level. Its chords move the first samples, and its rows carry their moves on.
+/// Use of the stencils of the levels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LevelSmoothing {
+    /// Sweeps over the chords alone, for a projection without bending.
+    Off,
+    /// One sweep over the stencils after each one over the chords.
+    AfterEachSweep,
+}
+
+/// One level. Its chords and stencils move the first samples, and its rows carry their moves on.
 #[derive(Clone, Debug)]
 pub struct Level {
     samples: usize,
-    chords: Colours<Edge>,
+    constraints: Constraints,
     rows: Vec<InterpolationRow>,
 }
 
@@ -188,7 +202,13 @@ impl Level {
 
     /// Chords colour by colour, in the order of a sweep. Their ends are places in the samples.
     pub fn chord_colours(&self) -> impl Iterator<Item = &[Edge]> {
-        self.chords.iter()
+        self.constraints.edges.iter()
+    }
+
+    /// Stencils that smooth the moves of the samples from the start of the level, colour by colour.
+    /// Their vertices are places in the samples.
+    pub fn stencil_colours(&self) -> impl Iterator<Item = &[Stencil]> {
+        self.constraints.stencils.iter()
     }
 
     /// Interpolation from the samples of this level: of the samples that the next finer level adds,
@@ -215,7 +235,7 @@ impl Levels {
     pub(super) fn new(
         topology: LevelTopology,
         rest: &TriMesh,
-        sweeps: usize,
+        config: &ProjectionConfig,
         freedom: &Freedom,
         limits: &[StrainLimit],
     ) -> Self {
@@ -225,16 +245,19 @@ impl Levels {
             rows,
         } = topology;
         let counts: Vec<usize> = levels.iter().map(|(count, _)| *count).collect();
+        let sample_freedom = freedom.of_some(&samples);
+        let places: Vec<Vec3> = samples.iter().map(|&v| rest.vertices[v as usize]).collect();
         let mut limits = limits.iter();
         let mut rows = Some(rows);
         let level = |(i, (count, ends)): (usize, (usize, Vec<[u32; 2]>))| {
+            let stencils = level_stencils(&places[..count], &ends);
+            let stencils = stencils.iter().map(|s| Stencil::new(s, &sample_freedom));
             let chords = ends.iter().zip(limits.by_ref());
             let chords = chords.filter(|(_, limit)| limit.shortest > 0.0);
-            let (ends, chords): (Vec<_>, Vec<_>) =
-                chords.map(|(&ends, &limit)| (ends, Edge { ends, limit })).unzip();
+            let chords = chords.map(|(&ends, &limit)| Edge { ends, limit });
             Level {
                 samples: count,
-                chords: Colours::new(chords, &ends, count),
+                constraints: Constraints::new(chords.collect(), stencils.collect(), count),
                 rows: match counts.get(i + 1) {
                     Some(&next) => rows_of(rest, &samples[..count], &samples[count..next]),
                     // There is one finest level.
@@ -244,10 +267,14 @@ impl Levels {
         };
         let levels = levels.into_iter().enumerate().map(level).collect();
         Self {
-            freedom: freedom.of_some(&samples),
+            freedom: sample_freedom,
             samples,
             levels,
-            sweeps,
+            sweeps: config.coarse_sweeps,
+            smoothing: match config.hinge_sweeps() {
+                0 => LevelSmoothing::Off,
+                _ => LevelSmoothing::AfterEachSweep,
+            },
         }
     }
 
@@ -271,6 +298,11 @@ impl Levels {
         self.sweeps
     }
 
+    /// Use of the stencils.
+    pub fn smoothing(&self) -> LevelSmoothing {
+        self.smoothing
+    }
+
     /// Brings the chords into their limits, level by level, and moves all vertices along, as far as
     /// their freedom lets them.
     pub(super) fn solve(
@@ -289,13 +321,14 @@ impl Levels {
         };
         for level in coarser {
             before.clone_from(now);
-            self.sweep(level, rounds, now);
+            self.sweep(level, rounds, before, now);
             let (solved, added) = now.split_at_mut(level.samples);
             for ((position, row), sample) in added.iter_mut().zip(&level.rows).zip(level.samples..) {
                 *position += moved(row, before, solved) * self.freedom.of(sample as u32);
             }
         }
-        self.sweep(finest, rounds, now);
+        before.clone_from(now);
+        self.sweep(finest, rounds, before, now);
         let (first, now) = (&*first, &*now);
         for_each_chunk(positions, PART, |start, positions| {
             let rows = &finest.rows[start..];
@@ -305,12 +338,16 @@ impl Levels {
         });
     }
 
-    fn sweep(&self, level: &Level, rounds: usize, positions: &mut [Vec3A]) {
-        let colours = level.chords.len();
-        let stages = rounds * self.sweeps * colours;
-        let stage_at = |stage: usize| Stage::Edges(level.chords.get(stage % colours));
-        // SAFETY: the chords of a colour share no sample, and their samples exist.
-        unsafe { solve(stages, stage_at, &self.freedom, &[], positions) }
+    fn sweep(&self, level: &Level, rounds: usize, before: &[Vec3A], positions: &mut [Vec3A]) {
+        let sweeps = rounds * self.sweeps;
+        let sweeps = Sweeps {
+            edges: sweeps,
+            smoothed: match self.smoothing {
+                LevelSmoothing::Off => 0,
+                LevelSmoothing::AfterEachSweep => sweeps,
+            },
+        };
+        (level.constraints).sweep(sweeps, &self.freedom, before, positions);
     }
 }
 

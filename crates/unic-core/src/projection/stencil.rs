@@ -1,4 +1,4 @@
-//! Stencils of the quadratic bending energy.
+//! Stencils of the quadratic bending energy, of free edges and of coarse levels.
 
 use glam::Vec3;
 use std::collections::HashMap;
@@ -7,9 +7,21 @@ use std::collections::HashMap;
 /// outweigh everything around it.
 const MAX_COTANGENT: f32 = 20.0;
 
-/// Factor of the strength along free edges. Hinges smooth a vertex inside the cloth from all sides,
-/// a free edge from one side alone, so that it frays where this is 1.
-const ROD_STRENGTH: f32 = 3.0;
+/// Share of a third difference along a free edge that a sweep removes. It smooths the zigzag from
+/// vertex to vertex, and leaves waves of six edges and more, into which the edge may buckle.
+const FREE_EDGE_SHARE: f32 = 0.5;
+
+/// Share of a stencil's sum on a coarse level that a sweep removes.
+const LEVEL_SHARE: f32 = 0.5;
+
+/// Number of nearest samples among which the stencil of a sample looks for three around it.
+const NEAREST_SAMPLES: usize = 10;
+
+/// Least squared sine of the angle between two samples as seen from a third that a stencil uses.
+const LEAST_SQUARED_SINE: f32 = 0.03;
+
+/// Reach that the distance of a weighted mean from its place counts as, by that distance.
+const MISS_WEIGHT: f32 = 4.0;
 
 /// Four vertices x_i with coefficients k_i. Σ k_i x_i is zero where the surface or its edge is
 /// straight, and grows with its curvature.
@@ -19,12 +31,18 @@ pub(super) struct BendingStencil {
     pub(super) vertices: [u32; 4],
     /// Coefficients, which sum to zero.
     pub(super) coefficients: [f32; 4],
-    /// Factor of the configured strength.
-    pub(super) strength: f32,
+    /// Share of the sum that one sweep removes, 0 to 1.
+    pub(super) share: f32,
 }
 
-/// Lists the stencils of all hinges and of the free edges of a mesh, given its sorted `edges`.
-pub(super) fn bending_stencils(rest: &[Vec3], faces: &[[u32; 3]], edges: &[[u32; 2]]) -> Vec<BendingStencil> {
+/// Lists the stencils of all hinges and of the free edges of a mesh, given its sorted `edges`. A sweep
+/// removes the share `bending` of the sums at hinges.
+pub(super) fn bending_stencils(
+    rest: &[Vec3],
+    faces: &[[u32; 3]],
+    edges: &[[u32; 2]],
+    bending: f32,
+) -> Vec<BendingStencil> {
     let mut opposite: Vec<Vec<u32>> = vec![Vec::new(); edges.len()];
     for &[a, b, c] in faces {
         for (ends, corner) in [([a, b], c), ([b, c], a), ([c, a], b)] {
@@ -39,7 +57,7 @@ pub(super) fn bending_stencils(rest: &[Vec3], faces: &[[u32; 3]], edges: &[[u32;
         .iter()
         .zip(&opposite)
         .filter_map(|(&ends, corners)| match corners[..] {
-            [c, d] if c != d => Some(hinge(rest, [ends[0], ends[1], c, d])),
+            [c, d] if c != d => Some(hinge(rest, [ends[0], ends[1], c, d], bending)),
             _ => None,
         });
     let free = edges
@@ -47,12 +65,12 @@ pub(super) fn bending_stencils(rest: &[Vec3], faces: &[[u32; 3]], edges: &[[u32;
         .zip(&opposite)
         .filter(|(_, corners)| corners.len() == 1);
     let free: Vec<[u32; 2]> = free.map(|(&ends, _)| ends).collect();
-    hinges.chain(rods(&free)).collect()
+    hinges.chain(free_edge_stencils(&free)).collect()
 }
 
 /// Returns the stencil of an edge (0, 1) and the corners opposite to it (Bergou et al. 2006, "A
 /// quadratic bending model for inextensible surfaces", eq. 5).
-fn hinge(rest: &[Vec3], vertices: [u32; 4]) -> BendingStencil {
+fn hinge(rest: &[Vec3], vertices: [u32; 4], share: f32) -> BendingStencil {
     let [a, b, c, d] = vertices.map(|v| rest[v as usize]);
     let at_a = [cotangent(a, b, c), cotangent(a, b, d)];
     let at_b = [cotangent(b, a, c), cotangent(b, a, d)];
@@ -64,7 +82,7 @@ fn hinge(rest: &[Vec3], vertices: [u32; 4]) -> BendingStencil {
             -(at_a[0] + at_b[0]),
             -(at_a[1] + at_b[1]),
         ],
-        strength: 1.0,
+        share,
     }
 }
 
@@ -79,25 +97,98 @@ fn cotangent(corner: Vec3, p: Vec3, q: Vec3) -> f32 {
     }
 }
 
-/// Lists the stencils of neighbouring free edges: second differences along them.
-fn rods(free: &[[u32; 2]]) -> Vec<BendingStencil> {
+/// Lists the third differences along free edges, one for each edge with a free edge at both ends.
+fn free_edge_stencils(free: &[[u32; 2]]) -> Vec<BendingStencil> {
     let mut neighbours: HashMap<u32, Vec<u32>> = HashMap::new();
     for &[a, b] in free {
         neighbours.entry(a).or_default().push(b);
         neighbours.entry(b).or_default().push(a);
     }
-    // In the order of the edges: that of a hash map changes from run to run.
-    let mut middles: Vec<u32> = free.iter().flatten().copied().collect();
-    middles.sort_unstable();
-    middles.dedup();
-    let rod = |middle: &u32| match neighbours[middle][..] {
-        // A second difference has three vertices. The fourth repeats the middle without effect.
-        [before, after] => Some(BendingStencil {
-            vertices: [*middle, before, after, *middle],
-            coefficients: [1.0, -0.5, -0.5, 0.0],
-            strength: ROD_STRENGTH,
-        }),
+    // The free edge goes on to one vertex alone, unless it branches.
+    let beyond = |end: u32, other: u32| match neighbours[&end][..] {
+        [a, b] => Some(if a == other { b } else { a }),
         _ => None,
     };
-    middles.iter().filter_map(rod).collect()
+    let stencil = |&[b, c]: &[u32; 2]| {
+        let (a, d) = (beyond(b, c)?, beyond(c, b)?);
+        // Around a hole of three edges both are the same vertex.
+        (a != d).then_some(BendingStencil {
+            vertices: [a, b, c, d],
+            coefficients: [1.0, -3.0, 3.0, -1.0],
+            share: FREE_EDGE_SHARE,
+        })
+    };
+    // In the order of the edges: that of a hash map changes from run to run.
+    free.iter().filter_map(stencil).collect()
+}
+
+/// Lists the stencils of the samples of a coarse level, given their places at rest, metres, and its
+/// chords. A stencil joins a sample to three others, and its sum is zero for moves that are a linear
+/// function of the place at rest. A sample without three others around it has none.
+pub(super) fn level_stencils(places: &[Vec3], chords: &[[u32; 2]]) -> Vec<BendingStencil> {
+    let mut neighbours = vec![Vec::new(); places.len()];
+    for &[a, b] in chords {
+        neighbours[a as usize].push(b);
+        neighbours[b as usize].push(a);
+    }
+    let stencil = |(sample, near): (usize, &mut Vec<u32>)| {
+        let distance = |other: u32| places[other as usize].distance_squared(places[sample]);
+        near.sort_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)));
+        near.truncate(NEAREST_SAMPLES);
+        let around = best_triple(places, places[sample], near)?;
+        let [a, b, c] = around.samples;
+        Some(BendingStencil {
+            vertices: [sample as u32, a, b, c],
+            coefficients: [1.0, -around.weights[0], -around.weights[1], -around.weights[2]],
+            share: LEVEL_SHARE,
+        })
+    };
+    neighbours.iter_mut().enumerate().filter_map(stencil).collect()
+}
+
+/// Three samples with the weights that give a place.
+struct Triple {
+    samples: [u32; 3],
+    weights: [f32; 3],
+    /// Sum of the distances to the samples times their absolute weights, metres, and
+    /// [`MISS_WEIGHT`] times the distance of the weighted mean from the place. It is least where near
+    /// samples surround the place.
+    reach_m: f32,
+}
+
+/// Finds the three of some samples with the least reach from `place`.
+fn best_triple(places: &[Vec3], place: Vec3, near: &[u32]) -> Option<Triple> {
+    let triples = (0..near.len())
+        .flat_map(|c| (0..c).flat_map(move |b| (0..b).map(move |a| [a, b, c])))
+        .map(|triple| triple.map(|k| near[k]));
+    let triples = triples.filter_map(|samples| {
+        let corners = samples.map(|s| places[s as usize]);
+        let weights = barycentric_weights(corners, place)?;
+        let terms = || weights.iter().zip(&corners);
+        let reach: f32 = terms().map(|(w, p)| w.abs() * p.distance(place)).sum();
+        let mean: Vec3 = terms().map(|(&w, &p)| p * w).sum();
+        Some(Triple {
+            samples,
+            weights,
+            reach_m: reach + MISS_WEIGHT * mean.distance(place),
+        })
+    });
+    // The first of several with the same reach, so that the result does not depend on the iterator.
+    (triples.filter(|triple| triple.reach_m.is_finite()))
+        .reduce(|best, next| if next.reach_m < best.reach_m { next } else { best })
+}
+
+/// Returns the barycentric coordinates of the point of a triangle's plane that is closest to `place`;
+/// none for a sliver.
+fn barycentric_weights([a, b, c]: [Vec3; 3], place: Vec3) -> Option<[f32; 3]> {
+    let (u, v, to_place) = (b - a, c - a, place - a);
+    let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
+    let (pu, pv) = (to_place.dot(u), to_place.dot(v));
+    let determinant = uu * vv - uv * uv;
+    // False for NaN, too.
+    (determinant > LEAST_SQUARED_SINE * uu * vv).then(|| {
+        let second = (pu * vv - pv * uv) / determinant;
+        let third = (pv * uu - pu * uv) / determinant;
+        [1.0 - second - third, second, third]
+    })
 }

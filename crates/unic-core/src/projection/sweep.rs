@@ -100,7 +100,7 @@ impl Edge {
 // Small, as an edge is.
 #[derive(Clone, Copy, Debug)]
 pub struct Stencil {
-    /// Vertices. One that repeats another has a coefficient of zero.
+    /// Distinct vertices.
     pub vertices: [u32; 4],
     /// Coefficients of the first three offsets in the stencil's sum. All four sum to zero.
     first_coefficients: [f32; 3],
@@ -109,21 +109,20 @@ pub struct Stencil {
 }
 
 impl Stencil {
-    /// Packs a stencil whose sum one pass reduces by `strength`, 0 to 1.
-    pub(super) fn new(stencil: &BendingStencil, strength: f32, freedom: &Freedom) -> Self {
+    /// Packs a stencil.
+    pub(super) fn new(stencil: &BendingStencil, freedom: &Freedom) -> Self {
         let BendingStencil {
             vertices,
             coefficients,
-            strength: factor,
+            share,
         } = *stencil;
-        let strength = (strength * factor).min(1.0);
         let weights = vertices.map(|v| freedom.of(v));
         let squares: f32 = coefficients.iter().zip(weights).map(|(k, w)| k * k * w).sum();
         let [first, second, third, _] = coefficients;
         Self {
             vertices,
             first_coefficients: [first, second, third],
-            scale: if squares > 0.0 { strength / squares } else { 0.0 },
+            scale: if squares > 0.0 { share / squares } else { 0.0 },
         }
     }
 

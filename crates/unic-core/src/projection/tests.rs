@@ -1,5 +1,7 @@
 //! Closed forms and invariances of the strain projection on a flat sheet.
 
+mod smoothing;
+
 use super::*;
 use crate::{features::PointFrame, subdivide::subdivided, surface_map::SurfaceMap};
 use glam::Quat;
@@ -424,18 +426,15 @@ fn constraints_of_a_colour_share_no_vertex() {
     }
     assert_eq!(count, welded_edges(&mesh).len());
     for colour in projection.stencil_colours() {
-        // A rod names its middle twice.
-        assert_distinct(colour.iter().flat_map(|stencil| {
-            let mut vertices = stencil.vertices.to_vec();
-            vertices.sort_unstable();
-            vertices.dedup();
-            vertices
-        }));
+        assert_distinct(colour.iter().flat_map(|stencil| stencil.vertices));
     }
     let projection = inextensible(ProjectionConfig::default(), &sheet(90), None);
     for level in projection.levels().unwrap().levels() {
         for colour in level.chord_colours() {
             assert_distinct(colour.iter().flat_map(|chord| chord.ends));
+        }
+        for colour in level.stencil_colours() {
+            assert_distinct(colour.iter().flat_map(|stencil| stencil.vertices));
         }
     }
 }
@@ -575,5 +574,5 @@ fn edges_that_hinges_shorten_regain_their_lengths() {
     positions[1] = Quat::from_axis_angle(diagonal, 60f32.to_radians()) * positions[1];
     projection.relax(&[ContactPlane::NONE; 4], &mut positions, &mut scratch);
     let strain = strain(&mesh, &positions);
-    assert!(strain < 1e-3, "{strain}");
+    assert!(strain < 2e-3, "{strain}");
 }

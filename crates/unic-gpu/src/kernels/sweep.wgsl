@@ -24,7 +24,7 @@ struct Group {
 //
 // Bending stencil: places of the four vertices, 16 bits each; three coefficients of its sum, all four
 // have the sum 0; factor of the sum in the moves; freedom of the four vertices, of which
-// 65,535 is 1. The last vertex may repeat another, and has a coefficient of zero then.
+// 65,535 is 1. The vertices are distinct.
 struct Stencil {
     a: vec4<u32>,
     b: vec4<u32>,
@@ -34,7 +34,8 @@ struct Stencil {
 override LEAST_LENGTH: f32;
 
 // Positions before the pass: in `measure_bends` the reference positions, from which stencils smooth.
-// They are the predicted ones, or the shown ones before intersection handling.
+// They are the predicted ones, the shown ones before intersection handling, or those of the samples
+// at the start of a level.
 @group(0) @binding(0) var<storage, read> before: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read_write> after: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> groups: array<Group>;
@@ -125,11 +126,10 @@ fn smooth_moves(stencil: Stencil, bend: vec3<f32>) {
     let pull = (p * k - bend) * -bitcast<f32>(stencil.b.y);
     let freedom = vec4<f32>(unpack2x16unorm(stencil.b.z), unpack2x16unorm(stencil.b.w));
     let moves = k * freedom;
-    // The last vertex may repeat one, and does not move then: the other's move comes after it.
-    place(v.w, p[3] + pull * moves.w);
     place(v.x, p[0] + pull * moves.x);
     place(v.y, p[1] + pull * moves.y);
     place(v.z, p[2] + pull * moves.z);
+    place(v.w, p[3] + pull * moves.w);
 }
 
 @compute @workgroup_size(LANES)

@@ -12,7 +12,7 @@ use crate::{
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use unic_core::{
-    projection::{self, Freedom},
+    projection::{self, Freedom, LevelSmoothing},
     sampling::{InterpolationRow, NEIGHBOURS},
 };
 use wgpu::Buffer;
@@ -25,14 +25,14 @@ pub(crate) const SAMPLE_START_BYTES: usize = 2 * 16;
 pub(crate) struct Levels {
     samples: usize,
     vertices: usize,
-    /// Sweeps over the chords of a level in a tick.
+    /// Sweeps over the chords of a level in a tick, each followed by one over its stencils.
     sweeps: usize,
     sample_vertices: Buffer,
     levels: Vec<Level>,
     kernels: Kernels,
 }
 
-/// One level: its chords, and the rows of what follows them.
+/// One level: its chords and stencils, and the rows of what follows them.
 #[derive(Debug)]
 struct Level {
     chords: Sweep,
@@ -71,7 +71,10 @@ impl Levels {
         let chords = |level: &projection::Level| {
             let constraints = Constraints {
                 edges: level.chord_colours().collect(),
-                stencils: Vec::new(),
+                stencils: match levels.smoothing() {
+                    LevelSmoothing::Off => Vec::new(),
+                    LevelSmoothing::AfterEachSweep => level.stencil_colours().collect(),
+                },
                 freedom: levels.freedom(),
                 rest: &sample_rest,
             };
@@ -104,6 +107,12 @@ impl Levels {
         })
     }
 
+    /// Number of sums in the buffer of bends.
+    pub(crate) fn bends(&self) -> usize {
+        let levels = self.levels.iter().map(|level| level.chords.bends());
+        levels.max().unwrap_or(0)
+    }
+
     /// Makes the dispatches that bring the chords into their limits and move all vertices along.
     pub(crate) fn solve(
         &self,
@@ -123,6 +132,7 @@ impl Levels {
                 dispatches.push(kernels.start_level.dispatch(&bindings, groups(self.samples))?);
             }
             let times = rounds * self.sweeps;
+            dispatches.extend(level.chords.measure_bends(samples.now, &buffers.bends)?);
             dispatches.extend(level.chords.run(&mut samples, &buffers.bends, times)?);
             let now = (23, samples.now);
             let (rows, freedom) = ((27, &level.rows), (28, &level.freedom));
