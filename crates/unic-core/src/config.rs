@@ -39,8 +39,8 @@ pub struct ProjectionConfig {
     pub coarse_sweeps: usize,
     /// Gauss-Seidel sweeps over all edges in a tick.
     pub sweeps: usize,
-    /// Number of these sweeps that are followed by one over all hinges. Unless it is 0, hinges smooth
-    /// what intersection handling has moved, too.
+    /// Number of these sweeps that are followed by one over all hinges and free edges. Unless it is 0,
+    /// the moves of coarse levels and of intersection handling are smoothed, too.
     pub bending_sweeps: usize,
     /// Share of the bending of an offset, or of a move by intersection handling, that a sweep over the
     /// hinges removes, 0 to 1.
