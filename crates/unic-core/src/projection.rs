@@ -327,9 +327,9 @@ impl StrainProjection {
     /// Brings the edges of shown positions, metres, back towards their limits after intersection
     /// handling, while each vertex stays above its plane.
     ///
-    /// One sweep over the hinges, if the projection has any, follows the first sweep of each round. It
-    /// smooths the moves from the positions that [`ProjectionScratch::keep_uncorrected`] has kept in
-    /// this tick. Without it the cloth beside a push crumples.
+    /// One sweep over hinges and free edges, unless `bending_sweeps` is 0, follows the first sweep of
+    /// each round. It smooths the moves from the positions that [`ProjectionScratch::keep_uncorrected`]
+    /// has kept in this tick. Without it the cloth beside a push crumples.
     pub(crate) fn relax(
         &self,
         planes: &[ContactPlane],

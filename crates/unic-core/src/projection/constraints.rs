@@ -10,6 +10,8 @@ use glam::Vec3A;
 /// Edges or chords, and the stencils that smooth their moves.
 #[derive(Clone, Debug)]
 pub(super) struct Constraints {
+    /// Number of vertices; those of all constraints are below it.
+    vertices: usize,
     pub(super) edges: Colours<Edge>,
     pub(super) stencils: Colours<Stencil>,
 }
@@ -19,7 +21,7 @@ pub(super) struct Constraints {
 pub(super) struct Sweeps {
     /// Sweeps over the edges.
     pub(super) edges: usize,
-    /// How many of them, the first ones, are each followed by one over the stencils.
+    /// Number of the first sweeps over the edges that one over the stencils follows each.
     pub(super) smoothed: usize,
 }
 
@@ -29,12 +31,16 @@ impl Constraints {
         let ends: Vec<[u32; 2]> = edges.iter().map(|edge| edge.ends).collect();
         let corners: Vec<[u32; 4]> = stencils.iter().map(|stencil| stencil.vertices).collect();
         Self {
+            vertices,
             edges: Colours::new(edges, &ends, vertices),
             stencils: Colours::new(stencils, &corners, vertices),
         }
     }
 
     /// Sweeps over the constraints. Stencils smooth the moves from `reference`.
+    ///
+    /// # Panics
+    /// With fewer positions than vertices.
     pub(super) fn sweep(
         &self,
         sweeps: Sweeps,
@@ -42,6 +48,7 @@ impl Constraints {
         reference: &[Vec3A],
         positions: &mut [Vec3A],
     ) {
+        assert!(positions.len() >= self.vertices, "one position for each vertex");
         let (edges, stencils) = (self.edges.len(), self.stencils.len());
         let smoothed = sweeps.smoothed * (edges + stencils);
         let stage_at = |stage: usize| match stage.checked_sub(smoothed) {
@@ -51,8 +58,9 @@ impl Constraints {
                 None => Stage::Edges(self.edges.get(stage % (edges + stencils))),
             },
         };
-        let rest = (sweeps.edges - sweeps.smoothed) * edges;
-        // SAFETY: the constraints of a colour share no vertex, and their vertices exist.
+        let rest = sweeps.edges.saturating_sub(sweeps.smoothed) * edges;
+        // SAFETY: the constraints of a colour share no vertex, and their vertices exist, because
+        // colours are found by them and there is a position for each.
         unsafe { sweep::solve(smoothed + rest, stage_at, freedom, reference, positions) }
     }
 }

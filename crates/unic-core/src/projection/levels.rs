@@ -1,4 +1,5 @@
-//! Coarse levels of a projection: chords between well-spread vertices, solved before the edges.
+//! Coarse levels of a projection: chords between well-spread vertices, solved and smoothed before the
+//! edges.
 
 use super::{
     Edge, StrainLimit,
@@ -195,7 +196,7 @@ pub struct Level {
 }
 
 impl Level {
-    /// Number of samples that the chords move: the first ones of all.
+    /// Number of samples that the chords and stencils move: the first ones of all.
     pub fn samples(&self) -> usize {
         self.samples
     }
@@ -303,8 +304,8 @@ impl Levels {
         self.smoothing
     }
 
-    /// Brings the chords into their limits, level by level, and moves all vertices along, as far as
-    /// their freedom lets them.
+    /// Brings the chords into their limits, level by level, smooths the moves of the samples, and moves
+    /// all vertices along, as far as their freedom lets them.
     pub(super) fn solve(
         &self,
         rounds: usize,

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 const MAX_COTANGENT: f32 = 20.0;
 
 /// Share of a third difference along a free edge that a sweep removes. It smooths the zigzag from
-/// vertex to vertex, and leaves waves of six edges and more, into which the edge may buckle.
+/// vertex to vertex, and leaves waves of eight edges and more, into which the edge may buckle.
 const FREE_EDGE_SHARE: f32 = 0.5;
 
 /// Share of a stencil's sum on a coarse level that a sweep removes.
@@ -17,14 +17,21 @@ const LEVEL_SHARE: f32 = 0.5;
 /// Number of nearest samples among which the stencil of a sample looks for three around it.
 const NEAREST_SAMPLES: usize = 10;
 
-/// Least squared sine of the angle between two samples as seen from a third that a stencil uses.
+/// Least squared sine of the angle at the first of three samples that a stencil uses.
 const LEAST_SQUARED_SINE: f32 = 0.03;
 
-/// Reach that the distance of a weighted mean from its place counts as, by that distance.
+/// Largest miss of a free edge's stencil at rest, by the mean length of its edges. Beyond it the free
+/// edge turns a corner, and the stencil would see a rotation as a zigzag.
+const CORNER_MISS: f32 = 1.0;
+
+/// Factor of the distance between the weighted mean and the place in [`Triple::reach_m`].
 const MISS_WEIGHT: f32 = 4.0;
 
-/// Four vertices x_i with coefficients k_i. Σ k_i x_i is zero where the surface or its edge is
-/// straight, and grows with its curvature.
+/// Four vertices x_i with coefficients k_i. A sweep reduces the sum Σ k_i x_i over their moves.
+///
+/// At a hinge the sum is zero for linear moves, and grows with their bending. Along a free edge it is
+/// zero for moves that are quadratic in the length of the edge. On a coarse level it is zero for
+/// linear moves of flat cloth, and nearly so for those of curved cloth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BendingStencil {
     /// Distinct vertices.
@@ -65,7 +72,7 @@ pub(super) fn bending_stencils(
         .zip(&opposite)
         .filter(|(_, corners)| corners.len() == 1);
     let free: Vec<[u32; 2]> = free.map(|(&ends, _)| ends).collect();
-    hinges.chain(free_edge_stencils(&free)).collect()
+    hinges.chain(free_edge_stencils(rest, &free)).collect()
 }
 
 /// Returns the stencil of an edge (0, 1) and the corners opposite to it (Bergou et al. 2006, "A
@@ -97,8 +104,9 @@ fn cotangent(corner: Vec3, p: Vec3, q: Vec3) -> f32 {
     }
 }
 
-/// Lists the third differences along free edges, one for each edge with a free edge at both ends.
-fn free_edge_stencils(free: &[[u32; 2]]) -> Vec<BendingStencil> {
+/// Lists the third differences along free edges, one for each edge with a free edge at both ends and no
+/// corner near.
+fn free_edge_stencils(rest: &[Vec3], free: &[[u32; 2]]) -> Vec<BendingStencil> {
     let mut neighbours: HashMap<u32, Vec<u32>> = HashMap::new();
     for &[a, b] in free {
         neighbours.entry(a).or_default().push(b);
@@ -111,10 +119,12 @@ fn free_edge_stencils(free: &[[u32; 2]]) -> Vec<BendingStencil> {
     };
     let stencil = |&[b, c]: &[u32; 2]| {
         let (a, d) = (beyond(b, c)?, beyond(c, b)?);
+        let vertices = [a, b, c, d];
+        let coefficients = third_difference(vertices.map(|v| rest[v as usize]))?;
         // Around a hole of three edges both are the same vertex.
         (a != d).then_some(BendingStencil {
-            vertices: [a, b, c, d],
-            coefficients: [1.0, -3.0, 3.0, -1.0],
+            vertices,
+            coefficients,
             share: FREE_EDGE_SHARE,
         })
     };
@@ -122,9 +132,34 @@ fn free_edge_stencils(free: &[[u32; 2]]) -> Vec<BendingStencil> {
     free.iter().filter_map(stencil).collect()
 }
 
+/// Returns the coefficients of the third difference along a line through four places, by the lengths
+/// between them; 1, −3, 3 and −1 for equal lengths. None at a corner.
+fn third_difference(places: [Vec3; 4]) -> Option<[f32; 4]> {
+    let [a, b, c, d] = places;
+    let lengths = [a.distance(b), b.distance(c), c.distance(d)];
+    let along = [
+        0.0,
+        lengths[0],
+        lengths[0] + lengths[1],
+        lengths.iter().sum::<f32>(),
+    ];
+    // Those of Newton's divided difference.
+    let divisor = |i: usize| {
+        let others = (0..4).filter(|j| *j != i);
+        others.map(|j| along[j] - along[i]).product::<f32>()
+    };
+    let quotients = [0, 1, 2, 3].map(|i| divisor(i).recip());
+    let size: f32 = quotients.iter().map(|q| q.abs()).sum();
+    let coefficients = quotients.map(|q| 8.0 * q / size);
+    let miss: Vec3 = places.iter().zip(coefficients).map(|(&p, k)| p * k).sum();
+    // False for NaN, too.
+    (miss.length() < CORNER_MISS * along[3] / 3.0).then_some(coefficients)
+}
+
 /// Lists the stencils of the samples of a coarse level, given their places at rest, metres, and its
-/// chords. A stencil joins a sample to three others, and its sum is zero for moves that are a linear
-/// function of the place at rest. A sample without three others around it has none.
+/// chords. A stencil joins a sample to three others with the weights that give its place, or the
+/// nearest point of their plane. A sample has none unless three of its nearest neighbours span a
+/// plane.
 pub(super) fn level_stencils(places: &[Vec3], chords: &[[u32; 2]]) -> Vec<BendingStencil> {
     let mut neighbours = vec![Vec::new(); places.len()];
     for &[a, b] in chords {

@@ -138,8 +138,8 @@ impl Stencil {
         self.scale
     }
 
-    /// Reduces the bending of the moves from reference positions: the predicted ones, or the shown
-    /// ones before intersection handling.
+    /// Reduces the bending of the moves from reference positions: the predicted ones, the shown ones
+    /// before intersection handling, or those of the samples at the start of a level.
     ///
     /// # Safety
     /// The vertices must exist, and no other thread may access them during the call.

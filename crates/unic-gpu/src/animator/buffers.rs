@@ -33,8 +33,9 @@ pub(crate) struct Buffers {
     pub(crate) predicted: Buffer,
     /// Projected positions. Sweeps go back and forth between the two.
     pub(crate) projected: [Buffer; 2],
-    /// Sums of the bending stencils at the positions from which they smooth, see `sweep.wgsl`: the
-    /// predicted ones, then the shown ones before intersection handling.
+    /// Sums of the bending stencils at the positions from which they smooth, see `sweep.wgsl`: those of
+    /// the samples at the start of each level, the predicted ones, then the shown ones before
+    /// intersection handling.
     pub(crate) bends: Buffer,
     /// Positions of the samples of the strain projection's coarse levels, as of all vertices.
     pub(crate) samples: [Buffer; 2],

@@ -1,5 +1,6 @@
-// Coarse levels of the strain projection: chords between samples, and what follows them. The kernels
-// compute what `unic_core::projection` does, whose comments give the reasons.
+// Coarse levels of the strain projection: samples, which sweeps over chords and stencils move, and
+// what follows them. The kernels compute what `unic_core::projection` does, whose comments give the
+// reasons.
 
 // Where a sample started, metres.
 struct Start {

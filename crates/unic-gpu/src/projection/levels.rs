@@ -25,7 +25,7 @@ pub(crate) const SAMPLE_START_BYTES: usize = 2 * 16;
 pub(crate) struct Levels {
     samples: usize,
     vertices: usize,
-    /// Sweeps over the chords of a level in a tick, each followed by one over its stencils.
+    /// Sweeps of a level in a tick.
     sweeps: usize,
     sample_vertices: Buffer,
     levels: Vec<Level>,
@@ -35,7 +35,8 @@ pub(crate) struct Levels {
 /// One level: its chords and stencils, and the rows of what follows them.
 #[derive(Debug)]
 struct Level {
-    chords: Sweep,
+    /// Sweep over the chords, then over the stencils, if there is smoothing.
+    sweep: Sweep,
     rows: Buffer,
     /// Factor of what each row's target takes: 0 for samples that the chords move.
     freedom: Buffer,
@@ -68,7 +69,7 @@ impl Levels {
         rest: &[Vec3],
     ) -> Option<Self> {
         let sample_rest: Vec<Vec3> = levels.samples().iter().map(|&v| rest[v as usize]).collect();
-        let chords = |level: &projection::Level| {
+        let sweep = |level: &projection::Level| {
             let constraints = Constraints {
                 edges: level.chord_colours().collect(),
                 stencils: match levels.smoothing() {
@@ -92,11 +93,11 @@ impl Levels {
             let freedom: Vec<f32> = (0..next as u32).map(moves).collect();
             let mut rows = vec![Row::zeroed(); level.samples()];
             rows.extend(level.rows().iter().map(packed_row));
-            Level::new(context, chords(level), &rows, &freedom)
+            Level::new(context, sweep(level), &rows, &freedom)
         });
         let rows: Vec<Row> = finest.rows().iter().map(packed_row).collect();
         let moves: Vec<f32> = (0..vertices).map(|v| freedom.of(v)).collect();
-        let last = Level::new(context, chords(finest), &rows, &moves);
+        let last = Level::new(context, sweep(finest), &rows, &moves);
         Some(Self {
             samples: levels.samples().len(),
             vertices: rows.len(),
@@ -109,11 +110,12 @@ impl Levels {
 
     /// Number of sums in the buffer of bends.
     pub(crate) fn bends(&self) -> usize {
-        let levels = self.levels.iter().map(|level| level.chords.bends());
+        let levels = self.levels.iter().map(|level| level.sweep.bends());
         levels.max().unwrap_or(0)
     }
 
-    /// Makes the dispatches that bring the chords into their limits and move all vertices along.
+    /// Makes the dispatches that bring the chords into their limits, smooth the moves of the samples
+    /// and move all vertices along.
     pub(crate) fn solve(
         &self,
         buffers: &Buffers,
@@ -132,8 +134,8 @@ impl Levels {
                 dispatches.push(kernels.start_level.dispatch(&bindings, groups(self.samples))?);
             }
             let times = rounds * self.sweeps;
-            dispatches.extend(level.chords.measure_bends(samples.now, &buffers.bends)?);
-            dispatches.extend(level.chords.run(&mut samples, &buffers.bends, times)?);
+            dispatches.extend(level.sweep.measure_bends(samples.now, &buffers.bends)?);
+            dispatches.extend(level.sweep.run(&mut samples, &buffers.bends, times)?);
             let now = (23, samples.now);
             let (rows, freedom) = ((27, &level.rows), (28, &level.freedom));
             dispatches.push(if i + 1 < self.levels.len() {
@@ -149,10 +151,10 @@ impl Levels {
 }
 
 impl Level {
-    /// Uploads a level, given the sweep over its chords and the factor of each row's target.
-    fn new(context: &GpuContext, chords: Sweep, rows: &[Row], targets: &[f32]) -> Self {
+    /// Uploads a level, given its sweep and the factor of each row's target.
+    fn new(context: &GpuContext, sweep: Sweep, rows: &[Row], targets: &[f32]) -> Self {
         Self {
-            chords,
+            sweep,
             rows: context.upload("sample rows", rows),
             freedom: context.upload("sample freedom", targets),
             row_count: rows.len(),
