@@ -43,7 +43,7 @@ pub struct ProjectionConfig {
     /// the moves of coarse levels and of intersection handling are smoothed, too.
     pub bending_sweeps: usize,
     /// Share of the bending of an offset, or of a move by intersection handling, that a sweep over the
-    /// hinges removes, 0 to 1.
+    /// hinges removes, 0 to 1. Free edges and coarse levels lose half of theirs whatever it is.
     pub bending: f32,
     /// Time constant of an offset's return to the prediction, seconds.
     pub pull_s: f32,
@@ -72,7 +72,7 @@ impl ProjectionConfig {
     /// Largest number of sweeps. Without a limit a damaged file could stop an animator.
     pub const MOST_SWEEPS: usize = 1000;
 
-    /// Number of sweeps over all hinges in a tick.
+    /// Number of sweeps over all hinges and free edges in a tick.
     pub fn hinge_sweeps(&self) -> usize {
         self.bending_sweeps.min(self.sweeps)
     }

@@ -170,8 +170,8 @@ fn stencils_of_a_curved_level_join_samples_to_others_around_them() {
 }
 
 /// Sheet of 60 × 60 vertices between two fixed ends that are nearer than at rest, after its coarse
-/// levels: the RMS of the stencils' sums over the moves of the finest level, and the mean length of its chords by
-/// that at rest.
+/// levels: the RMS of the stencils' sums over the moves of the finest level, and the mean length of
+/// its chords by that at rest.
 fn levels_of_a_shortened_sheet(bending_sweeps: usize) -> [f32; 2] {
     let mesh = sheet(60);
     let config = ProjectionConfig {
