@@ -178,7 +178,7 @@ fn levels_of_a_shortened_sheet(bending_sweeps: usize) -> [f32; 2] {
         bending_sweeps,
         ..config()
     };
-    let is_end = |v: usize| v % 60 == 0 || v % 60 == 59;
+    let is_end = |v: usize| [0, 59].contains(&(v % 60));
     let mask: Vec<f32> = (0..3600).map(|v| if is_end(v) { 0.0 } else { 1.0 }).collect();
     let projection = inextensible(config, &mesh, Some(&mask));
     let levels = projection.levels().unwrap();
