@@ -23,9 +23,10 @@ use std::collections::BTreeMap;
 use unic_core::{
     character::{Character, Garment},
     intersection::MIN_CARRYING_WEIGHT,
-    skinning::SkinningWeights,
+    mesh::TriMesh,
+    skinning::{SkinningWeights, WeightsError},
     surface_map::SurfaceMapError,
-    weights::sewn_weights,
+    weights::{diffused_weights, sewn_weights},
 };
 use unic_eval::PreparedClip;
 use unic_io::joint_names::counterparts;
@@ -52,10 +53,17 @@ const BLOCK: usize = 256;
 /// Largest number of joints of a vertex, before and after the fit. Ancestors do not count before it.
 const MOST_JOINTS: usize = 8;
 
+/// Length over which the change of the weights is smoothed, metres.
+///
+/// The vertices are fitted one by one. Where two joints move nearly alike, or a joint is among those of
+/// one vertex and not of the next, the weights jump from one to the other, and the cloth has a crease.
+const SMOOTHING_LENGTH_M: f32 = 0.03;
+
 /// Smaller weights are left out: they move a vertex by less than a millimetre.
 const LEAST_WEIGHT: f32 = 1e-3;
 
-/// Fits skinning weights of the garment to what the clips show. The former ones become its carriers.
+/// Fits skinning weights of the garment to what the clips show, and smooths the change over the garment.
+/// The former ones become its carriers.
 ///
 /// Where the mask is below 1, the former weights keep their share. Weights of a symmetric garment
 /// are made symmetric where `mirror` asks for it.
@@ -74,7 +82,8 @@ pub(crate) fn bind_to_motion(
     let fit = |block: &[usize]| joints.fit_block(character, garment, clips, block);
     let rows: Vec<Vec<Vec<(usize, f32)>>> = vertices.par_chunks(BLOCK).map(fit).collect();
     let rows = rows.into_iter().flatten().map(Vec::into_iter);
-    let mut weights = SkinningWeights::from_rows(character.skeleton.len(), rows)?;
+    let fitted = SkinningWeights::from_rows(character.skeleton.len(), rows)?;
+    let mut weights = smoothed_change(&given, &fitted, &garment.rest)?;
     if mirror && let Some(other) = mirror_image(character, garment, &weights)? {
         weights = weights.blended(&other, |_| 0.5)?;
     }
@@ -83,6 +92,26 @@ pub(crate) fn bind_to_motion(
     garment.weights = sewn_weights(&weights, &garment.rest.vertices)?;
     garment.carriers = Some(given);
     Ok(())
+}
+
+/// Weights that differ from the given ones by the smoothed change. Weights that have not changed stay,
+/// however much those of neighbours differ.
+fn smoothed_change(
+    given: &SkinningWeights,
+    fitted: &SkinningWeights,
+    rest: &TriMesh,
+) -> Result<SkinningWeights, WeightsError> {
+    let before = diffused_weights(given, rest, SMOOTHING_LENGTH_M)?;
+    let after = diffused_weights(fitted, rest, SMOOTHING_LENGTH_M)?;
+    let row = |vertex: usize| {
+        let mut row: BTreeMap<usize, f32> = given.row(vertex).collect();
+        let removed = before.row(vertex).map(|(joint, w)| (joint, -w));
+        for (joint, change) in after.row(vertex).chain(removed) {
+            *row.entry(joint).or_insert(0.0) += change;
+        }
+        row.into_iter().filter(|(_, w)| *w > 0.0)
+    };
+    SkinningWeights::from_rows(given.joint_count(), (0..given.len()).map(row))
 }
 
 /// Weights of the other side for a symmetric garment on a skeleton whose joints name their sides, none

@@ -203,6 +203,44 @@ fn a_mask_of_a_model_shows_the_given_weights() {
 }
 
 #[test]
+fn weights_do_not_jump_where_a_joint_is_given_to_one_vertex_and_not_to_the_next() {
+    let mut figure = Figure::tube();
+    // A tube of a tenth of the size: a ring is 2 cm from the next one.
+    let small = |v: Vec3| Vec3::new(0.0, 0.7, 0.0) + (v - Vec3::new(0.0, 0.7, 0.0)) * 0.3;
+    figure
+        .garment
+        .rest
+        .vertices
+        .iter_mut()
+        .for_each(|v| *v = small(*v));
+    let half_hip = |_| vec![(0, 0.5f32), (1, 0.5)].into_iter();
+    figure.garment.weights = SkinningWeights::from_rows(JOINTS, (0..VERTICES).map(half_hip)).unwrap();
+    let skinned = takes().into_iter().map(|(take, split)| {
+        let garment = figure.skinned(&take.clip);
+        (Take { garment, ..take }, split)
+    });
+    let takes: Vec<(Take, Split)> = skinned.collect();
+    // The chest is given to the upper rings alone, and hardly any of it.
+    let given = |v: usize| match v < VERTICES / 2 {
+        true => vec![(0, 1.0f32)].into_iter(),
+        false => vec![(0, 0.97), (1, 0.03)].into_iter(),
+    };
+    figure.garment.weights = SkinningWeights::from_rows(JOINTS, (0..VERTICES).map(given)).unwrap();
+    let weights = fitted(&figure, &takes).weights.to_dense();
+    let chest: Vec<f32> = (weights.chunks_exact(JOINTS).step_by(12))
+        .map(|row| row[1])
+        .collect();
+    let (first, last) = (chest[0], chest[chest.len() - 1]);
+    assert!(
+        last - first > 0.25,
+        "weights that do not differ test nothing: {chest:?}"
+    );
+    let steps = chest.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let largest = steps.fold(0.0, f32::max);
+    assert!(largest < 0.7 * (last - first), "{chest:?}");
+}
+
+#[test]
 fn a_symmetric_garment_has_symmetric_weights() {
     let (figure, takes) = misbound();
     let weights = fitted(&figure, &takes).weights.to_dense();

@@ -31,6 +31,9 @@ const MIN_RETRACTED_DEPTH = 0.01;
 const FULLY_RETRACTED_DEPTH = 0.02;
 // Largest number of steps of a retraction.
 const MAX_STEPS = 8u;
+// Share of the margin to which vertices are pushed after sweeps.
+const MARGIN_SHARE_AGAIN = 0.5;
+
 // Distance from the margin at which a retracted vertex has arrived, metres.
 const ARRIVED = 1e-3;
 // Length of the rays through the inside of a body, metres.
@@ -373,7 +376,7 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     pushed_vertex = i;
     seeds[mark(i)] = 0u;
-    let margin = tick[HANDLING].x;
+    let margin = tick[HANDLING].x * select(1.0, MARGIN_SHARE_AGAIN, AGAIN);
     var p = shown_position(i);
     var face = nearest(p, seeds[i]);
     seeds[i] = face;

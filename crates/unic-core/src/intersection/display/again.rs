@@ -1,14 +1,20 @@
 //! Corrections after sweeps have moved the shown vertices.
 
-use super::{CHUNK, CollisionScene, DisplayPass, collider_lifts, tears};
+use super::{CHUNK, CollisionScene, DisplayPass, RobustIntersection, collider_lifts, tears};
 use crate::{aabb_tree::LANES, parallel::for_each_chunk, projection::ContactPlane};
 use glam::Vec3;
+
+/// Share of the margin to which vertices are pushed after sweeps.
+///
+/// Each is pushed by itself, which compresses the edges that the sweeps have mended. From half of the
+/// margin the pushes are shorter, and fewer.
+const MARGIN_SHARE: f32 = 0.5;
 
 impl DisplayPass {
     /// Corrects shown positions, metres, that sweeps have moved since [`apply`](Self::apply).
     ///
-    /// Vertices with a plane, and those that have moved by more than their height over the margin,
-    /// are pushed off the body, each by itself. All are pushed out of the colliders. Then tears are
+    /// Vertices with a plane, and those that have moved by more than their height over the body,
+    /// are pushed to half of the margin, each by itself. All are pushed out of the colliders. Then tears are
     /// closed, stretched faces that cut through the body are lifted, and layers are put in order.
     pub(crate) fn correct_again(
         &mut self,
@@ -27,20 +33,24 @@ impl DisplayPass {
     }
 
     fn push_out_again(&mut self, scene: CollisionScene, planes: &[ContactPlane], positions: &mut [Vec3]) {
+        let rule = RobustIntersection {
+            margin_m: MARGIN_SHARE * self.rule.margin_m,
+        };
         let packets = scene.body.contact_filter().garment_packets();
         for (packet, vertices) in packets.vertices().chunks(LANES).enumerate() {
             let slots = packet * LANES..packet * LANES + vertices.len();
             for (slot, &vertex) in slots.clone().zip(vertices) {
                 // Empty slots have no vertex.
                 let moved = positions.get(vertex as usize).zip(planes.get(vertex as usize));
-                let at = moved
-                    .filter(|(now, plane)| **plane != ContactPlane::NONE || self.may_be_low(slot, **now));
+                let at = moved.filter(|(now, plane)| {
+                    **plane != ContactPlane::NONE || self.may_be_low(slot, **now, rule.margin_m)
+                });
                 self.to_recheck[slot] = at.map_or(Vec3::NAN, |(now, _)| *now);
             }
             self.summaries[packet].is_moving = self.to_recheck[slots].iter().any(|at| at.is_finite());
         }
         let is_moving = |packet: usize| self.summaries[packet].is_moving;
-        (self.rule).find_contacts(scene.body, &self.to_recheck, is_moving, &mut self.contacts);
+        rule.find_contacts(scene.body, &self.to_recheck, is_moving, &mut self.contacts);
         let slots = packets.slots();
         let (to_recheck, contacts, margin_m) = (&self.to_recheck, &self.contacts, self.rule.margin_m);
         for_each_chunk(positions, CHUNK, |first, positions| {
@@ -65,14 +75,14 @@ impl DisplayPass {
         self.spread_corrections(scene, positions);
     }
 
-    /// Returns whether a vertex may be below the margin at `now`, after the last pass has shown it
+    /// Returns whether a vertex may be below a margin at `now`, metres, after the last pass has shown it
     /// elsewhere.
-    fn may_be_low(&self, slot: usize, now: Vec3) -> bool {
+    fn may_be_low(&self, slot: usize, now: Vec3, margin_m: f32) -> bool {
         let height_m = self.contacts[slot].height_m;
         // The height belongs to one of these places. `shown` is valid in packets that have moved.
         let is_moving = self.summaries[slot / LANES].is_moving;
         let places = [Some(self.at[slot]), is_moving.then(|| self.shown[slot])];
         let mut distances = places.into_iter().flatten().map(|place| now.distance(place));
-        distances.any(|moved_m| moved_m > height_m - self.rule.margin_m)
+        distances.any(|moved_m| moved_m > height_m - margin_m)
     }
 }
