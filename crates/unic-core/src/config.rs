@@ -264,7 +264,8 @@ pub enum IntersectionMode {
     /// moves towards its skinned position. Faces that the body pokes through are lifted, and
     /// corrections spread to neighbours.
     Robust {
-        /// Least height of vertices over the skin, metres.
+        /// Least height of vertices over the skin, metres. After the last sweeps of a strain projection
+        /// vertices are pushed to [`LAST_MARGIN_SHARE`](crate::intersection::LAST_MARGIN_SHARE) of it.
         margin_m: f32,
         /// Positions that are corrected.
         #[serde(default)]

@@ -46,7 +46,7 @@ mod robust;
 mod tests;
 
 pub use contact_filter::{ContactFilter, MIN_CARRYING_WEIGHT};
-pub use display::{CollisionScene, DisplayPass, SkinnedGarment};
+pub use display::{CollisionScene, DisplayPass, LAST_MARGIN_SHARE, SkinnedGarment};
 pub use garment_handling::GarmentHandling;
 pub(crate) use garment_handling::pose_body;
 pub use layers::{Layers, LayersError};

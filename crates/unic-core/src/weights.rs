@@ -70,27 +70,69 @@ pub fn diffused_weights(
 ) -> Result<SkinningWeights, WeightsError> {
     check_rows(nearest, rest.vertices.len())?;
     let welded = WeldedVertices::new(&rest.vertices);
+    let mut columns = mean_columns(nearest, &welded);
+    diffuse(&mut columns, rest, &welded, length_m);
+    Ok(weights_of_columns(&columns, &welded)?.pruned(MAX_JOINTS, MIN_WEIGHT))
+}
+
+/// Returns `given` weights plus their change to `changed` ones, smoothed over the garment by the
+/// diffusion of [`diffused_weights`].
+///
+/// Where neighbours change alike, their weights differ as much as before, however sharply that is.
+/// Nothing changes many lengths away from all changes, up to rounding. Rows have any number of joints.
+///
+/// # Errors
+/// Weights of another number of vertices than `rest`, or of two numbers of joints.
+pub fn with_diffused_change(
+    given: &SkinningWeights,
+    changed: &SkinningWeights,
+    rest: &TriMesh,
+    length_m: f32,
+) -> Result<SkinningWeights, WeightsError> {
+    check_rows(given, rest.vertices.len())?;
+    if changed.joint_count() != given.joint_count() || changed.len() != given.len() {
+        return Err(WeightsError::Shape {
+            expected: given.len() * given.joint_count(),
+            found: changed.len() * changed.joint_count(),
+        });
+    }
+    let welded = WeldedVertices::new(&rest.vertices);
+    let before = mean_columns(given, &welded);
+    let mut columns = mean_columns(changed, &welded);
+    for (column, before) in columns.iter_mut().zip(&before) {
+        column.iter_mut().zip(before).for_each(|(w, before)| *w -= before);
+    }
+    diffuse(&mut columns, rest, &welded, length_m);
+    for (column, before) in columns.iter_mut().zip(&before) {
+        column.iter_mut().zip(before).for_each(|(w, before)| *w += before);
+    }
+    // The sum of a row is 1. Some weights may be below 0, so that the others come to 1 or more.
+    weights_of_columns(&columns, &welded)
+}
+
+/// Diffuses the column of each joint over the garment.
+fn diffuse(columns: &mut [Vec<f64>], rest: &TriMesh, welded: &WeldedVertices, length_m: f32) {
     let of_vertex = |v: u32| welded.of_vertex[v as usize];
     let faces: Vec<[u32; 3]> = rest.faces.iter().map(|f| f.map(of_vertex)).collect();
     let mut positions = vec![Vec3::ZERO; welded.count];
     (rest.vertices.iter().zip(&welded.of_vertex)).for_each(|(&v, &id)| positions[id as usize] = v);
-    let mut columns = mean_columns(nearest, &welded);
     let diffusion = Diffusion::new(&positions, &faces, f64::from(length_m).powi(2));
-    // The weights of joints that move no part of the garment stay zero.
-    let used = columns.iter_mut().filter(|c| c.iter().any(|w| *w > 0.0));
+    // The columns of joints that move no part of the garment stay zero.
+    let used = columns.iter_mut().filter(|c| c.iter().any(|w| *w != 0.0));
     used.for_each(|column| diffusion.solve(column));
+}
+
+/// Makes weights of columns. Those below zero count as zero, as the solver's tolerance may leave them.
+fn weights_of_columns(
+    columns: &[Vec<f64>],
+    welded: &WeldedVertices,
+) -> Result<SkinningWeights, WeightsError> {
     let row = |&id: &u32| {
-        // The solver's tolerance may leave weights just below zero.
         let weight = |column: &Vec<f64>| column[id as usize].max(0.0) as f32;
-        columns
-            .iter()
-            .map(weight)
-            .enumerate()
-            .collect::<Vec<_>>()
-            .into_iter()
+        let row: Vec<_> = columns.iter().map(weight).enumerate().collect();
+        row.into_iter()
     };
-    let smooth = SkinningWeights::from_rows(nearest.joint_count(), welded.of_vertex.iter().map(row))?;
-    Ok(smooth.pruned(MAX_JOINTS, MIN_WEIGHT))
+    SkinningWeights::from_rows(columns.len(), welded.of_vertex.iter().map(row))
 }
 
 /// Returns the weights at `points`, interpolated at the closest points of a garment's rest shape.
@@ -341,5 +383,41 @@ mod tests {
         for i in 0..12 {
             assert!((share(&smooth, i) - share(&given, i)).abs() < 1e-6);
         }
+    }
+
+    #[test]
+    fn a_change_is_smoothed_and_weights_that_do_not_change_keep_their_jumps() {
+        let mesh = sheet(20, 2, 0.01);
+        let right = |v: usize| mesh.vertices[v].x > 0.095;
+        let all = || 0..mesh.vertices.len();
+        let jump = of_two(all().map(|v| if right(v) { 0.8 } else { 0.2 }));
+        assert_close(&with_diffused_change(&jump, &jump, &mesh, 0.03).unwrap(), &jump);
+        let half = of_two(all().map(|_| 0.5));
+        let smooth = with_diffused_change(&half, &jump, &mesh, 0.03).unwrap();
+        assert_close(&smooth, &diffused_weights(&jump, &mesh, 0.03).unwrap());
+        // The change takes more from joint 1 than some vertices have.
+        let more = of_two(all().map(|v| if right(v) { 1.0 } else { 0.0 }));
+        let less = of_two(all().map(|_| 0.0));
+        let clamped = with_diffused_change(&more, &less, &mesh, 0.03).unwrap();
+        for row in clamped.to_dense().chunks_exact(2) {
+            assert!(row[1] >= 0.0 && (row[0] + row[1] - 1.0).abs() < 1e-6, "{row:?}");
+        }
+    }
+
+    #[test]
+    fn a_change_to_other_joints_or_vertices_is_refused() {
+        let mesh = sheet(2, 2, 0.1);
+        let weights = of_two(mesh.vertices.iter().map(|_| 0.5));
+        let fewer = of_two([0.5].into_iter());
+        let joints = SkinningWeights::from_rows(3, mesh.vertices.iter().map(|_| [(2, 1.0)].into_iter()));
+        assert!(with_diffused_change(&weights, &fewer, &mesh, 0.03).is_err());
+        assert!(with_diffused_change(&fewer, &weights, &mesh, 0.03).is_err());
+        assert!(with_diffused_change(&weights, &joints.unwrap(), &mesh, 0.03).is_err());
+    }
+
+    fn assert_close(found: &SkinningWeights, expected: &SkinningWeights) {
+        let both = found.to_dense().into_iter().zip(expected.to_dense());
+        let largest = both.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(largest < 2e-3, "{largest}");
     }
 }

@@ -23,10 +23,9 @@ use std::collections::BTreeMap;
 use unic_core::{
     character::{Character, Garment},
     intersection::MIN_CARRYING_WEIGHT,
-    mesh::TriMesh,
-    skinning::{SkinningWeights, WeightsError},
+    skinning::SkinningWeights,
     surface_map::SurfaceMapError,
-    weights::{diffused_weights, sewn_weights},
+    weights::{sewn_weights, with_diffused_change},
 };
 use unic_eval::PreparedClip;
 use unic_io::joint_names::counterparts;
@@ -83,7 +82,7 @@ pub(crate) fn bind_to_motion(
     let rows: Vec<Vec<Vec<(usize, f32)>>> = vertices.par_chunks(BLOCK).map(fit).collect();
     let rows = rows.into_iter().flatten().map(Vec::into_iter);
     let fitted = SkinningWeights::from_rows(character.skeleton.len(), rows)?;
-    let mut weights = smoothed_change(&given, &fitted, &garment.rest)?;
+    let mut weights = with_diffused_change(&given, &fitted, &garment.rest, SMOOTHING_LENGTH_M)?;
     if mirror && let Some(other) = mirror_image(character, garment, &weights)? {
         weights = weights.blended(&other, |_| 0.5)?;
     }
@@ -92,26 +91,6 @@ pub(crate) fn bind_to_motion(
     garment.weights = sewn_weights(&weights, &garment.rest.vertices)?;
     garment.carriers = Some(given);
     Ok(())
-}
-
-/// Weights that differ from the given ones by the smoothed change. Weights that have not changed stay,
-/// however much those of neighbours differ.
-fn smoothed_change(
-    given: &SkinningWeights,
-    fitted: &SkinningWeights,
-    rest: &TriMesh,
-) -> Result<SkinningWeights, WeightsError> {
-    let before = diffused_weights(given, rest, SMOOTHING_LENGTH_M)?;
-    let after = diffused_weights(fitted, rest, SMOOTHING_LENGTH_M)?;
-    let row = |vertex: usize| {
-        let mut row: BTreeMap<usize, f32> = given.row(vertex).collect();
-        let removed = before.row(vertex).map(|(joint, w)| (joint, -w));
-        for (joint, change) in after.row(vertex).chain(removed) {
-            *row.entry(joint).or_insert(0.0) += change;
-        }
-        row.into_iter().filter(|(_, w)| *w > 0.0)
-    };
-    SkinningWeights::from_rows(given.joint_count(), (0..given.len()).map(row))
 }
 
 /// Weights of the other side for a symmetric garment on a skeleton whose joints name their sides, none

@@ -14,6 +14,8 @@ use unic_io::Split;
 use unic_train::*;
 
 const JOINTS: usize = 6;
+/// Number of vertices of a ring of the tube.
+const RING: usize = 12;
 
 /// Settings of a model whose weights come from `source`.
 fn settings(source: SkinningSource) -> TrainConfig {
@@ -180,7 +182,7 @@ fn the_mask_keeps_its_share_of_the_given_weights() {
     let weights = |figure: &Figure| fitted(figure, &takes).weights;
     let whole = weights(&figure);
     // Rings of the tube, so that a vertex and its mirror image have one share.
-    let share = |v: usize| [1.0, 0.0, 0.5][v / 12 % 3];
+    let share = |v: usize| [1.0, 0.0, 0.5][v / RING % 3];
     figure.garment.mask = Some((0..VERTICES).map(share).collect());
     let masked = weights(&figure);
     let expected = figure.garment.weights.blended(&whole, share).unwrap();
@@ -206,7 +208,7 @@ fn a_mask_of_a_model_shows_the_given_weights() {
 fn weights_do_not_jump_where_a_joint_is_given_to_one_vertex_and_not_to_the_next() {
     let mut figure = Figure::tube();
     // A tube of a tenth of the size: a ring is 2 cm from the next one.
-    let small = |v: Vec3| Vec3::new(0.0, 0.7, 0.0) + (v - Vec3::new(0.0, 0.7, 0.0)) * 0.3;
+    let small = |v: Vec3| Vec3::new(0.0, 0.7, 0.0) + (v - Vec3::new(0.0, 0.7, 0.0)) * 0.1;
     figure
         .garment
         .rest
@@ -220,19 +222,19 @@ fn weights_do_not_jump_where_a_joint_is_given_to_one_vertex_and_not_to_the_next(
         (Take { garment, ..take }, split)
     });
     let takes: Vec<(Take, Split)> = skinned.collect();
-    // The chest is given to the upper rings alone, and hardly any of it.
-    let given = |v: usize| match v < VERTICES / 2 {
+    // The chest is given to the upper three of five rings alone, and hardly any of it.
+    let given = |v: usize| match v < 2 * RING {
         true => vec![(0, 1.0f32)].into_iter(),
         false => vec![(0, 0.97), (1, 0.03)].into_iter(),
     };
     figure.garment.weights = SkinningWeights::from_rows(JOINTS, (0..VERTICES).map(given)).unwrap();
     let weights = fitted(&figure, &takes).weights.to_dense();
-    let chest: Vec<f32> = (weights.chunks_exact(JOINTS).step_by(12))
+    let chest: Vec<f32> = (weights.chunks_exact(JOINTS).step_by(RING))
         .map(|row| row[1])
         .collect();
     let (first, last) = (chest[0], chest[chest.len() - 1]);
     assert!(
-        last - first > 0.25,
+        last - first > 0.15,
         "weights that do not differ test nothing: {chest:?}"
     );
     let steps = chest.windows(2).map(|pair| (pair[1] - pair[0]).abs());

@@ -15,6 +15,8 @@ mod smoothing;
 mod stretched_faces;
 mod tears;
 
+pub use again::LAST_MARGIN_SHARE;
+
 use super::{Contact, Layers, RobustBody, RobustIntersection, packets::Packets, robust::LIMB_RADIUS_M};
 use crate::{
     aabb_tree::LANES,

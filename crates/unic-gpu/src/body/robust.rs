@@ -10,7 +10,11 @@ use crate::{
 };
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use unic_core::{Corrects, Model, intersection::ContactFilter, topology::weld};
+use unic_core::{
+    Corrects, Model,
+    intersection::{ContactFilter, LAST_MARGIN_SHARE},
+    topology::weld,
+};
 use wgpu::{Buffer, BufferUsages};
 
 /// Robust intersection handling, for each vertex by itself. Asset.
@@ -85,10 +89,12 @@ impl RobustRule {
             };
             Kernel::new(context, &source)
         };
+        let share = ("MARGIN_SHARE", f64::from(LAST_MARGIN_SHARE));
+        let again = [("AGAIN", 1.0), share];
         let relaxation = || Relaxation {
             find_moved: kernel("find_moved", &[vertices]),
             find_planes: kernel("find_planes", &[vertices, around]),
-            push_again: kernel("push", &[&push[..], &[("AGAIN", 1.0)]].concat()),
+            push_again: kernel("push", &[&push[..], &again].concat()),
         };
         Ok(Self {
             vertices: model.vertex_count(),

@@ -11,6 +11,8 @@ override AROUND: u32;
 override PUSHING: u32;
 // True for a second push, of the vertices that are marked alone.
 override AGAIN: bool = false;
+// Share of the margin to which vertices are pushed.
+override MARGIN_SHARE: f32 = 1.0;
 // True if vertices deep inside the body are drawn towards their skinned positions first.
 override RETRACT: bool = false;
 
@@ -31,9 +33,6 @@ const MIN_RETRACTED_DEPTH = 0.01;
 const FULLY_RETRACTED_DEPTH = 0.02;
 // Largest number of steps of a retraction.
 const MAX_STEPS = 8u;
-// Share of the margin to which vertices are pushed after sweeps.
-const MARGIN_SHARE_AGAIN = 0.5;
-
 // Distance from the margin at which a retracted vertex has arrived, metres.
 const ARRIVED = 1e-3;
 // Length of the rays through the inside of a body, metres.
@@ -376,7 +375,7 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     pushed_vertex = i;
     seeds[mark(i)] = 0u;
-    let margin = tick[HANDLING].x * select(1.0, MARGIN_SHARE_AGAIN, AGAIN);
+    let margin = tick[HANDLING].x * MARGIN_SHARE;
     var p = shown_position(i);
     var face = nearest(p, seeds[i]);
     seeds[i] = face;

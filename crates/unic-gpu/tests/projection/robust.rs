@@ -12,7 +12,7 @@ use std::sync::Arc;
 use unic_core::{
     Animator, Model, Start,
     config::{Corrects, IntersectionMode},
-    intersection::{Handling, RobustBody},
+    intersection::{Handling, LAST_MARGIN_SHARE, RobustBody, RobustIntersection},
     projection::{Edge, RELAX_ROUNDS, RELAX_SWEEPS, StrainProjection},
 };
 use unic_gpu::Precision;
@@ -46,12 +46,15 @@ struct Pushes {
 
 /// Shown garment of a device's robust handling, whose parts are the CPU's: each vertex is pushed by
 /// itself, edges are brought back towards their limits, hinges smooth the moves, and vertices near the
-/// body and those that the sweeps have moved far are pushed again.
+/// body and those that the sweeps have moved far are pushed again, to a share of the margin.
 fn shown(model: &Model, handling: &Handling, skinned: &[Vec3], positions: &mut [Vec3]) -> Pushes {
     let Handling::Robust(rule, body) = handling else {
         panic!()
     };
-    let push = |vertex: usize, p: Vec3| handling.correct(vertex, p, &mut { Handling::NO_SEED });
+    let last = RobustIntersection {
+        margin_m: LAST_MARGIN_SHARE * rule.margin_m,
+    };
+    let push = |vertex: usize, p: Vec3| last.correct(body, vertex, p, &mut { Handling::NO_SEED });
     let mut pushes = Pushes::default();
     let uncorrected = positions.to_vec();
     for (vertex, p) in positions.iter_mut().enumerate() {

@@ -4,18 +4,20 @@ use super::{CHUNK, CollisionScene, DisplayPass, RobustIntersection, collider_lif
 use crate::{aabb_tree::LANES, parallel::for_each_chunk, projection::ContactPlane};
 use glam::Vec3;
 
-/// Share of the margin to which vertices are pushed after sweeps.
+/// Share of the margin to which vertices are pushed after the sweeps of a strain projection.
 ///
-/// Each is pushed by itself, which compresses the edges that the sweeps have mended. From half of the
-/// margin the pushes are shorter, and fewer.
-const MARGIN_SHARE: f32 = 0.5;
+/// Each is pushed by itself, which compresses the edges that the sweeps have mended. Pushes to half of
+/// the margin are shorter, and fewer. Torn and stretched faces still go to the whole margin: only some
+/// of their points are above the body.
+pub const LAST_MARGIN_SHARE: f32 = 0.5;
 
 impl DisplayPass {
     /// Corrects shown positions, metres, that sweeps have moved since [`apply`](Self::apply).
     ///
-    /// Vertices with a plane, and those that have moved by more than their height over the body,
-    /// are pushed to half of the margin, each by itself. All are pushed out of the colliders. Then tears are
-    /// closed, stretched faces that cut through the body are lifted, and layers are put in order.
+    /// Vertices with a plane, and those that may have come down from farther up, are pushed to
+    /// [`LAST_MARGIN_SHARE`] of the margin, each by itself. All are pushed out of the colliders, to the
+    /// whole margin. Then tears are closed, stretched faces that cut through the body are lifted, and
+    /// layers are put in order.
     pub(crate) fn correct_again(
         &mut self,
         scene: CollisionScene,
@@ -34,7 +36,7 @@ impl DisplayPass {
 
     fn push_out_again(&mut self, scene: CollisionScene, planes: &[ContactPlane], positions: &mut [Vec3]) {
         let rule = RobustIntersection {
-            margin_m: MARGIN_SHARE * self.rule.margin_m,
+            margin_m: LAST_MARGIN_SHARE * self.rule.margin_m,
         };
         let packets = scene.body.contact_filter().garment_packets();
         for (packet, vertices) in packets.vertices().chunks(LANES).enumerate() {

@@ -35,6 +35,14 @@ fn vertices_that_sweeps_have_drawn_into_the_body_from_afar_are_pushed_out_again(
     };
     let mut positions: Vec<Vec3> = (0..shown.len()).map(moved).collect();
     pass.correct_again(posed, &planes, &mut positions);
+    let radii = (0..shown.len())
+        .filter(|v| drawn(*v))
+        .map(|v| positions[v].length());
+    let height_m = radii.fold(f32::INFINITY, f32::min) - 0.15;
+    assert!(
+        (height_m - LAST_MARGIN_SHARE * MARGIN_M).abs() < 3e-4,
+        "{height_m} m"
+    );
     for v in 0..shown.len() {
         match planes[v] == ContactPlane::NONE {
             // Lifts of stretched faces come on top.
