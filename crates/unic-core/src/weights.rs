@@ -72,13 +72,15 @@ pub fn diffused_weights(
     let welded = WeldedVertices::new(&rest.vertices);
     let mut columns = mean_columns(nearest, &welded);
     diffuse(&mut columns, rest, &welded, length_m);
+    // The solver's tolerance may leave weights just below zero.
     Ok(weights_of_columns(&columns, &welded)?.pruned(MAX_JOINTS, MIN_WEIGHT))
 }
 
 /// Returns `given` weights plus their change to `changed` ones, smoothed over the garment by the
 /// diffusion of [`diffused_weights`].
 ///
-/// Where neighbours change alike, their weights differ as much as before, however sharply that is.
+/// Vertices at the same position count as one and get the same row. Where neighbours change alike,
+/// their weights differ as much as before, however sharply that is.
 /// Nothing changes many lengths away from all changes, up to rounding. Rows have any number of joints.
 ///
 /// # Errors
@@ -106,7 +108,7 @@ pub fn with_diffused_change(
     for (column, before) in columns.iter_mut().zip(&before) {
         column.iter_mut().zip(before).for_each(|(w, before)| *w += before);
     }
-    // The sum of a row is 1. Some weights may be below 0, so that the others come to 1 or more.
+    // A row sums to 1, so that its weights above zero come to 1 or more.
     weights_of_columns(&columns, &welded)
 }
 
@@ -122,7 +124,7 @@ fn diffuse(columns: &mut [Vec<f64>], rest: &TriMesh, welded: &WeldedVertices, le
     used.for_each(|column| diffusion.solve(column));
 }
 
-/// Makes weights of columns. Those below zero count as zero, as the solver's tolerance may leave them.
+/// Makes weights of columns. Those below zero count as zero.
 fn weights_of_columns(
     columns: &[Vec<f64>],
     welded: &WeldedVertices,
