@@ -87,6 +87,8 @@ fn free_running_has_measures_of_life_and_one_step_has_none() {
             "strain_p99_percent_truth",
             "bending_ratio",
             "popping_ratio",
+            "self_crossing_edges_percent",
+            "self_crossing_edges_percent_truth",
         ] {
             assert!(metrics[key].is_f64(), "{key}: {metrics}");
         }

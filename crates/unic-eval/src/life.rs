@@ -1,11 +1,11 @@
-//! Life of the cloth in free running: wrinkles by wavelength, strain, bending, popping, and a judge
-//! that tries to tell predictions from the truth.
+//! Life of the cloth in free running: wrinkles by wavelength, strain, bending, popping, cloth that
+//! passes through itself, and a judge that tries to tell predictions from the truth.
 //!
 //! RMSE rewards predictions that are too smooth. These measures compare how much a garment wrinkles
 //! and moves with how much the truth does.
 //!
 //! A measured frame is every k-th one, about ten in a second. Wrinkles, strain and bending are read
-//! there; popping is read in every frame.
+//! there, self-crossings in every third of them, popping in every frame.
 
 mod band_filter;
 mod band_metrics;
@@ -18,6 +18,7 @@ mod judge;
 mod living;
 mod logistic;
 mod record;
+mod self_crossings;
 mod smoothing;
 mod sums;
 #[cfg(test)]
@@ -40,12 +41,17 @@ use frame::{FrameMeasure, LifeFrame};
 use glam::Vec3;
 use rayon::prelude::*;
 use record::Record;
+use self_crossings::SelfCrossings;
 use std::ops::Range;
 use unic_core::character::Garment;
 pub(crate) use window::Window;
 
 /// Rate of the measured frames, Hz. Wrinkles of cloth are slower than half of it.
 const RATE_HZ: f32 = 10.0;
+
+/// Interval of the measured frames whose self-crossings are counted. The search is as slow as all
+/// other measures of a frame, and folds lie across each other for longer.
+const SELF_CROSSINGS_EVERY: usize = 3;
 
 /// Measures of life for one garment. It is made once for all clips.
 pub(crate) struct LifeMeasure<'a> {
@@ -113,15 +119,22 @@ impl<'a> LifeMeasure<'a> {
         // Shapes are measured in parallel, the truth's first, then those of each predictor, but
         // added in the order of the frames: floating-point sums depend on it.
         let shapes = (windows.len() + 1) * measured.len();
-        let measure = |i: usize| {
+        let measure = |crossings: &mut SelfCrossings, i: usize| {
             let (row, k) = (i / measured.len(), i % measured.len());
             let positions = match row.checked_sub(1) {
                 None => clip.captured.garment.frame(measured[k]),
                 Some(row) => &windows[row][measured[k] - frames.start + 2],
             };
-            self.frames.measure(positions, &skinned[k])
+            let mut frame = self.frames.measure(positions, &skinned[k]);
+            if (measured[k] / life.every).is_multiple_of(SELF_CROSSINGS_EVERY) {
+                frame.self_crossings = Some(crossings.share(positions));
+            }
+            frame
         };
-        let mut all: Vec<LifeFrame> = (0..shapes).into_par_iter().map(measure).collect();
+        let mut all: Vec<LifeFrame> = (0..shapes)
+            .into_par_iter()
+            .map_init(|| self.frames.self_crossings().clone(), measure)
+            .collect();
         let predicted = all.split_off(measured.len());
         life.add_frames(all, predicted, self.frames.weights());
     }

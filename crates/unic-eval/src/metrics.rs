@@ -121,6 +121,21 @@ pub struct Metrics {
         deserialize_with = "present"
     )]
     pub popping_ratio: Option<f64>,
+    /// Share of the garment's edges that pass through a face of the garment which they do not
+    /// touch, over edges and frames, %.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "present"
+    )]
+    pub self_crossing_edges_percent: Option<f64>,
+    /// Share of the truth's edges, %.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "present"
+    )]
+    pub self_crossing_edges_percent_truth: Option<f64>,
 }
 
 /// Reads a number. `null` becomes NaN.

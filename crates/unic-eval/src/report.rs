@@ -131,7 +131,7 @@ impl Scores {
         let bands = any.bands.iter().map(BandMetrics::name);
         let headings = bands.chain(["amplitude:".to_owned()]);
         let headings = headings.chain(any.bands.iter().map(BandMetrics::name));
-        let others = ["strain 1 %", "strain 99 %", "bending", "popping"].map(str::to_owned);
+        let others = ["strain 1 %", "strain 99 %", "bending", "popping", "self %"].map(str::to_owned);
         let mut lines = vec![header(headings.chain(others))];
         for (name, mode, metrics) in rows() {
             let living = metrics.bands.iter().map(|band| cell(Some(band.living_ratio), 2));
@@ -140,16 +140,27 @@ impl Scores {
                 .iter()
                 .map(|band| cell(Some(band.amplitude_ratio), 2));
             let strain = [metrics.strain_p01_percent, metrics.strain_p99_percent].map(|s| cell(s, 1));
-            let others = [metrics.bending_ratio, metrics.popping_ratio].map(|ratio| cell(ratio, 2));
+            let others = [
+                metrics.bending_ratio,
+                metrics.popping_ratio,
+                metrics.self_crossing_edges_percent,
+            ];
+            let others = others.map(|value| cell(value, 2));
             let cells = living.chain([String::new()]).chain(amplitude);
             lines.push(line(name, mode, cells.chain(strain).chain(others)));
         }
         let truth = [any.strain_p01_percent_truth, any.strain_p99_percent_truth].map(|s| cell(s, 1));
+        let crossing = cell(any.self_crossing_edges_percent_truth, 2);
         let dash = || cell(None, 0);
         let ratios = any.bands.iter().map(|_| dash());
         let cells = ratios.clone().chain([String::new()]).chain(ratios).chain(truth);
-        lines.push(line("truth", Mode::FreeRunning, cells.chain([dash(), dash()])));
-        let title = "life: living ratio by wavelength in cm, amplitude ratio, strain in %, ratios";
+        lines.push(line(
+            "truth",
+            Mode::FreeRunning,
+            cells.chain([dash(), dash(), crossing]),
+        ));
+        let title = "life: living ratio by wavelength in cm, amplitude ratio, strain in %, ratios, \
+                     edges through the garment itself in %";
         write_aligned(f, title, &lines)
     }
 

@@ -4,6 +4,10 @@ use super::Surface;
 use crate::bounds::Ray;
 use glam::Vec3;
 
+/// Smallest cosine between a face's normal and a segment that passes through it. Below it rounding
+/// decides where a segment along a face is.
+const GRAZING_COSINE: f32 = 1e-3;
+
 /// First face that a ray hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
@@ -100,6 +104,30 @@ impl Surface {
         first
     }
 
+    /// Returns whether the segment between two points, metres, passes through any face that
+    /// `accepts` names. Degenerate faces and faces that it runs along are never passed through. A
+    /// segment whose ends are not finite passes through none.
+    pub fn is_crossed(&self, [from, to]: [Vec3; 2], accepts: impl Fn(u32) -> bool) -> bool {
+        if !(from.is_finite() && to.is_finite()) {
+            return false;
+        }
+        // Distances along this ray are shares of the segment.
+        let ray = Ray::new(from, to - from);
+        let least_cosine = GRAZING_COSINE * ray.direction.length();
+        let mut is_crossed = false;
+        self.tree.visit_along_ray(&ray, 1.0, |triangles, bound| {
+            is_crossed = triangles.iter().any(|&triangle| {
+                let face = &self.triangles[triangle as usize];
+                face.crossing(&ray).is_some_and(|crossing| crossing.t <= 1.0)
+                    && face.normal().dot(ray.direction).abs() > least_cosine
+                    && accepts(self.face_of_triangle[triangle as usize])
+            });
+            // Nothing is nearer than this bound, so the search ends.
+            if is_crossed { -1.0 } else { bound }
+        });
+        is_crossed
+    }
+
     /// Faces of the mesh by [welded vertices](Surface::welded_vertex).
     pub(crate) fn welded_faces(&self) -> &[[u32; 3]] {
         &self.welded_faces
@@ -134,6 +162,23 @@ mod tests {
                 .min_by(|a, b| a.0.total_cmp(&b.0));
             let found = surface.cast_ray(origin, ray.direction, 10.0);
             prop_assert_eq!(found.map(|hit| (hit.distance, hit.face)), expected);
+        }
+
+        #[test]
+        fn segments_cross_what_a_ray_of_their_length_hits(
+            corners in vec(point(1.0), 3..150), from in point(1.0), to in point(1.0), odd in any::<bool>(),
+        ) {
+            prop_assume!(from.distance(to) > 0.1);
+            let faces = (0..corners.len() as u32 / 3).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
+            let surface = Surface::build(&TriMesh::new(corners, faces.collect()).unwrap());
+            let accepts = |face: u32| (face % 2 == 1) == odd;
+            let direction = (to - from).normalize();
+            let hit = surface.cast_ray_where(from, direction, f32::MAX, accepts);
+            let share = hit.map_or(f32::INFINITY, |hit| hit.distance / from.distance(to));
+            // At an end of the segment and along a face rounding decides.
+            prop_assume!((share - 1.0).abs() > 1e-4);
+            prop_assume!(hit.is_none_or(|hit| hit.cosine.abs() > 2.0 * GRAZING_COSINE));
+            prop_assert_eq!(surface.is_crossed([from, to], accepts), share < 1.0);
         }
 
         #[test]

@@ -3,18 +3,21 @@
 use super::{
     band_filter::{BandFilter, Shape},
     cloth::{Cloth, ClothFrame},
+    self_crossings::SelfCrossings,
     welded::WeldedMesh,
 };
 use crate::{error::Result, kinematics::PreparedClip};
 use glam::Vec3;
 use unic_core::character::Garment;
 
-/// Wrinkles, strain and bending of a garment in one frame.
+/// Wrinkles, strain, bending and self-crossings of a garment in one frame.
 pub(super) struct LifeFrame {
     /// Signal of each band at each vertex, band after band, metres.
     pub(super) signals: Vec<f32>,
     /// Strain and bending.
     pub(super) cloth: ClothFrame,
+    /// Share of edges that pass through a face of the garment; none where they were not counted.
+    pub(super) self_crossings: Option<f64>,
 }
 
 /// Measures of single frames of a garment. It is made once and shared by all threads.
@@ -22,6 +25,7 @@ pub(super) struct FrameMeasure<'a> {
     garment: &'a Garment,
     filter: BandFilter,
     cloth: Cloth,
+    self_crossings: SelfCrossings,
 }
 
 impl<'a> FrameMeasure<'a> {
@@ -34,6 +38,7 @@ impl<'a> FrameMeasure<'a> {
         Ok(Self {
             garment,
             cloth: Cloth::new(&garment.rest, &welded),
+            self_crossings: SelfCrossings::new(&welded),
             filter: BandFilter::new(welded)?,
         })
     }
@@ -52,12 +57,18 @@ impl<'a> FrameMeasure<'a> {
         self.filter.coarsest(&positions)
     }
 
-    /// Measures a shape, given by the world positions of all garment vertices in metres. `skinned`
+    /// Search for self-crossings, to be cloned for each thread.
+    pub(super) fn self_crossings(&self) -> &SelfCrossings {
+        &self.self_crossings
+    }
+
+    /// Measures all of a shape but its self-crossings. The shape is given by the world positions of all garment vertices in metres. `skinned`
     /// is the [skinned](Self::skinned) rest shape of the frame.
     pub(super) fn measure(&self, positions: &[Vec3], skinned: &Shape) -> LifeFrame {
         LifeFrame {
             signals: self.filter.signals(positions, skinned),
             cloth: self.cloth.measure(positions),
+            self_crossings: None,
         }
     }
 }

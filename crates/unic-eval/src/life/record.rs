@@ -5,7 +5,7 @@ use super::{
     cloth::strain_histogram,
     frame::LifeFrame,
     histogram::{Histogram, LengthHistogram},
-    sums::{BandSums, LifeSums},
+    sums::{BandSums, CrossingSums, LifeSums},
     window::{Window, features},
 };
 use glam::Vec3;
@@ -25,6 +25,8 @@ pub(super) struct Record {
     strains: Histogram,
     /// Sum over frames of the mean squared bending, rad².
     squared_bending: f64,
+    /// Share of edges that pass through the garment in each frame where they were counted.
+    self_crossings: CrossingSums,
     /// Second differences over time of all vertices in all frames.
     second_differences: LengthHistogram,
     /// Statistics of windows of `lag` frames.
@@ -57,6 +59,7 @@ impl Record {
             recent: VecDeque::with_capacity(lag + 1),
             strains: strain_histogram(),
             squared_bending: 0.0,
+            self_crossings: CrossingSums::default(),
             second_differences: LengthHistogram::new(),
             windows: Vec::new(),
         }
@@ -79,6 +82,9 @@ impl Record {
         }
         self.strains.pool(&frame.cloth.strains);
         self.squared_bending += frame.cloth.squared_bending;
+        if let Some(share) = frame.self_crossings {
+            self.self_crossings.add(share);
+        }
         self.frames += 1;
         if self.recent.len() == self.lag {
             self.recent.pop_front();
@@ -129,6 +135,7 @@ impl Record {
             bands,
             strains: [self, truth].map(|record| record.strains.clone()),
             squared_bending: [self, truth].map(|record| record.squared_bending),
+            self_crossings: [self, truth].map(|record| record.self_crossings),
             second_differences: [self, truth].map(|record| record.second_differences.clone()),
         }
     }

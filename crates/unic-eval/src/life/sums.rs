@@ -26,8 +26,36 @@ pub(crate) struct LifeSums {
     pub(super) strains: [Histogram; 2],
     /// Sums over frames of the mean squared bending, rad².
     pub(super) squared_bending: [f64; 2],
+    /// Self-crossings of the garment.
+    pub(super) self_crossings: [CrossingSums; 2],
     /// Second differences over time of all vertices in all frames.
     pub(super) second_differences: [LengthHistogram; 2],
+}
+
+/// Self-crossings of one garment over frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct CrossingSums {
+    /// Sum of the share of edges that pass through the garment.
+    share: f64,
+    frames: usize,
+}
+
+impl CrossingSums {
+    /// Adds a frame, given the share of edges that pass through the garment.
+    pub(super) fn add(&mut self, share: f64) {
+        self.share += share;
+        self.frames += 1;
+    }
+
+    fn pool(&mut self, other: &Self) {
+        self.share += other.share;
+        self.frames += other.frames;
+    }
+
+    /// Returns the mean share, %; none without frames.
+    fn percent(self) -> Option<f64> {
+        (self.frames > 0).then(|| 100.0 * self.share / self.frames as f64)
+    }
 }
 
 /// Sums of one band over vertices and frames, weighted by the rest areas of the vertices. Pairs
@@ -112,6 +140,7 @@ impl LifeSums {
         for k in 0..2 {
             self.strains[k].pool(&other.strains[k]);
             self.squared_bending[k] += other.squared_bending[k];
+            self.self_crossings[k].pool(&other.self_crossings[k]);
             self.second_differences[k].pool(&other.second_differences[k]);
         }
     }
@@ -128,6 +157,11 @@ impl LifeSums {
         let least = self.frames as f64 * LEAST_BENDING * LEAST_BENDING;
         let bending = |sum: f64| if sum <= least { 0.0 } else { sum };
         metrics.bending_ratio = Some(ratio(self.squared_bending.map(bending)));
+        let crossings = self.self_crossings.map(|sums| sums.percent());
+        [
+            metrics.self_crossing_edges_percent,
+            metrics.self_crossing_edges_percent_truth,
+        ] = crossings;
         // `ratio` takes squares.
         let popping = |k: usize| self.second_differences[k].percentile(0.99).powi(2);
         metrics.popping_ratio = Some(ratio([popping(0), popping(1)]));

@@ -307,6 +307,11 @@ fn equal_clips_have_ratios_of_one() {
     let ratios = (metrics.bending_ratio, metrics.popping_ratio);
     assert_eq!(ratios, (Some(1.0), Some(1.0)));
     assert_eq!(metrics.strain_p01_percent, metrics.strain_p01_percent_truth);
+    let crossings = [
+        metrics.self_crossing_edges_percent,
+        metrics.self_crossing_edges_percent_truth,
+    ];
+    assert_eq!(crossings, [Some(0.0); 2]);
 }
 
 #[test]

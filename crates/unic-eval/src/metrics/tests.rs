@@ -148,6 +148,8 @@ fn json_keys_and_order_of_the_measures_of_life_are_a_contract() {
         strain_p99_percent_truth: Some(1.25),
         bending_ratio: Some(0.875),
         popping_ratio: Some(f64::NAN),
+        self_crossing_edges_percent: Some(3.5),
+        self_crossing_edges_percent_truth: Some(0.0),
         ..Metrics::default()
     };
     let text = serde_json::to_string(&metrics).unwrap();
@@ -156,7 +158,8 @@ fn json_keys_and_order_of_the_measures_of_life_are_a_contract() {
         \"autocorrelation_1s\":null,\"autocorrelation_1s_truth\":0.75}],\
         \"strain_p01_percent\":-1.5,\"strain_p99_percent\":2.5,\
         \"strain_p01_percent_truth\":-0.5,\"strain_p99_percent_truth\":1.25,\
-        \"bending_ratio\":0.875,\"popping_ratio\":null}";
+        \"bending_ratio\":0.875,\"popping_ratio\":null,\
+        \"self_crossing_edges_percent\":3.5,\"self_crossing_edges_percent_truth\":0.0}";
     assert!(text.ends_with(expected), "{text}");
     let back: Metrics = serde_json::from_str(&text).unwrap();
     assert!(back.bands[0].living_ratio.is_nan());

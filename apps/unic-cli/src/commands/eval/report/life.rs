@@ -1,12 +1,12 @@
 //! Tables of the measures of life in free running: wrinkles by wavelength, strain, bending,
-//! popping.
+//! popping, cloth through itself.
 
 use super::rows::{display_name, rows};
 use unic_eval::{BandMetrics, Evaluation, Metrics, Scores};
 use unic_report::{Definition, Order, Table, TableColumn, TableRow, Value};
 
 /// Definitions for the end of the page.
-const DEFINITIONS: [(&str, &str); 5] = [
+const DEFINITIONS: [(&str, &str); 6] = [
     (
         "living ratio",
         "standard deviation over time of the wrinkles of a band of wavelengths at each vertex, divided by that of the simulation: below 1 wrinkles come and go too little. Wrinkles are the difference of two smoothings of the garment, along its normals.",
@@ -26,6 +26,10 @@ const DEFINITIONS: [(&str, &str); 5] = [
     (
         "popping",
         "99th percentile of the second difference over time of a vertex, divided by that of the simulation: above 1 the garment jumps.",
+    ),
+    (
+        "self-crossing",
+        "share of the garment's edges that pass through another part of the garment. The last row has the simulation's.",
     ),
 ];
 
@@ -85,7 +89,8 @@ fn columns(bands: &[BandMetrics]) -> Vec<TableColumn> {
     let strain = ["strain 1 %", "strain 99 %"].map(|name| column(name.into(), "%", 1, Order::Unordered));
     let ratios = ["bending", "popping"].map(|name| column(name.into(), "ratio", 2, Order::OneIsBest));
     let bands = of_bands("living").into_iter().chain(of_bands("amplitude"));
-    bands.chain(strain).chain(ratios).collect()
+    let crossing = column("self-crossing".into(), "%", 2, Order::LessIsBetter);
+    bands.chain(strain).chain(ratios).chain([crossing]).collect()
 }
 
 fn values(metrics: &Metrics) -> Vec<Value> {
@@ -96,17 +101,19 @@ fn values(metrics: &Metrics) -> Vec<Value> {
         metrics.strain_p99_percent,
         metrics.bending_ratio,
         metrics.popping_ratio,
+        metrics.self_crossing_edges_percent,
     ];
     let all = living.chain(amplitude).chain(others);
     all.map(|value| value.map_or(Value::None, Value::Number))
         .collect()
 }
 
-/// Values of the simulation: its strain alone, because ratios to itself are 1.
+/// Values of the simulation: its strain and self-crossings alone, because ratios to itself are 1.
 fn truth_values(metrics: &Metrics) -> Vec<Value> {
     let none = std::iter::repeat_n(None, 2 * metrics.bands.len());
     let strain = [metrics.strain_p01_percent_truth, metrics.strain_p99_percent_truth];
-    let all = none.chain(strain);
+    let others = [None, None, metrics.self_crossing_edges_percent_truth];
+    let all = none.chain(strain).chain(others);
     all.map(|value| value.map_or(Value::None, Value::Number))
         .collect()
 }
