@@ -39,8 +39,8 @@ struct PaperRule {
 pub(crate) struct Handling {
     /// Dispatches that pose the body.
     pub(crate) pose: Vec<Dispatch>,
-    /// Dispatch that moves vertices out of the body.
-    pub(crate) correct: Dispatch,
+    /// Dispatches that move vertices out of the body.
+    pub(crate) correct: Vec<Dispatch>,
     /// Dispatches that give shown positions their edge lengths back and smooth their moves after that.
     /// Empty without a strain projection.
     pub(crate) relax: Vec<Dispatch>,
@@ -83,7 +83,7 @@ impl Body {
         bindings.extend([(0, &buffers.tick), (5, &buffers.points), (6, &buffers.states)]);
         Ok(Handling {
             pose: self.pose(&buffers.tick, &scratch, tree, None)?,
-            correct: drag.dispatch(&bindings, model.vertex_count().div_ceil(GROUP))?,
+            correct: vec![drag.dispatch(&bindings, model.vertex_count().div_ceil(GROUP))?],
             relax: Vec::new(),
         })
     }
@@ -101,7 +101,7 @@ impl Body {
         let relax = projection.map(|projection| rule.relax(context, buffers, &scratch, projection));
         Ok(Handling {
             pose: self.pose(&buffers.tick, &scratch, &rule.tree, Some(&rule.faces))?,
-            correct: rule.correct(corrects, buffers, &scratch)?,
+            correct: rule.correct(context, corrects, buffers, &scratch)?,
             relax: relax.transpose()?.unwrap_or_default(),
         })
     }
@@ -140,8 +140,8 @@ struct Scratch {
 impl Scratch {
     fn new(context: &GpuContext, body: &Body, tree: &Tree, model: &Model) -> Self {
         let vertices = model.vertex_count();
-        // One mark a vertex, and one for all of them.
-        let mut seeds = vec![0; 2 * vertices + 1];
+        // One mark a vertex and one for all of them, then seven words a vertex about its first push.
+        let mut seeds = vec![0; 9 * vertices + 1];
         seeds[..vertices].fill(u32::MAX);
         Self {
             body: context.zeroed("body", SHOWN_BYTES * body.mesh.count, BufferUsages::empty()),

@@ -5,6 +5,7 @@ mod cloth;
 mod collider_lifts;
 mod contact_planes;
 mod corrections;
+mod depths;
 mod face_lifting;
 mod layer_order;
 mod neighbours;
@@ -26,6 +27,7 @@ use crate::{
     transform::Rigid,
 };
 use corrections::Corrections;
+use depths::Depths;
 use face_lifting::{FaceLifting, VertexContacts};
 use glam::Vec3;
 use layer_order::LayerOrder;
@@ -40,8 +42,8 @@ const CHUNK: usize = 1024;
 /// Pass over all shown positions of a garment: it corrects vertices, lifts faces that the body
 /// comes through, and spreads the corrections over the garment, so that a push leaves neither dent
 /// nor spike. Vertices deep inside the body are drawn towards their skinned positions before, each
-/// by itself. Where neighbours are on opposite sides of a limb afterwards, the tear between them is
-/// closed.
+/// by itself. Layers of a pleat that are inside the body keep their order. Where neighbours are on
+/// opposite sides of a limb afterwards, the tear between them is closed.
 ///
 /// Positions farther than [`REACH_EDGES`](Self::REACH_EDGES) edges from any correction keep their
 /// bits, but those deep inside and those around tears.
@@ -60,6 +62,8 @@ pub struct DisplayPass {
     contacts: Vec<Contact>,
     /// Heights over the body after the correction of each vertex, by slot, metres.
     heights: Vec<f32>,
+    /// Depths of cloth inside the body.
+    depths: Depths,
     /// Whether the last pass has drawn any vertex towards its skinned position.
     has_retracted: bool,
     /// Smallest displacement that each vertex needs, by slot.
@@ -128,6 +132,7 @@ impl DisplayPass {
             contacts: vec![Contact::NONE; packets.len()],
             heights: vec![f32::INFINITY; packets.len()],
             at: vec![Vec3::NAN; packets.len()],
+            depths: Depths::new(body.surface().vertex_count(), packets.len()),
             has_retracted: false,
             corrections: Corrections::new(packets.len()),
             smoothing: Smoothing::new(packets.len()),
@@ -159,13 +164,18 @@ impl DisplayPass {
         self.load_positions(scene.body, positions);
         (self.rule).find_contacts(scene.body, &self.at, |_| true, &mut self.contacts);
         self.has_retracted = false;
+        self.depths.clear();
         if let Some(skinned) = scene.skinned {
             self.retract_deep(scene.body, skinned, positions);
         }
     }
 
-    /// Finds the correction of each vertex by itself, after [`find_contacts`](Self::find_contacts).
+    /// Finds the correction of each vertex, after [`find_contacts`](Self::find_contacts). Layers of the
+    /// cloth over one place of the body keep their order.
     pub fn find_corrections(&mut self, scene: CollisionScene) {
+        // Before the colliders, whose pushes say nothing about depths inside the body.
+        self.depths
+            .keep_order(self.rule, scene.body, &self.at, &mut self.contacts);
         if !scene.colliders.is_empty() {
             let (at, rule) = (&self.at, self.rule);
             for_each_chunk(&mut self.contacts, CHUNK, |first, contacts| {
@@ -185,6 +195,15 @@ impl DisplayPass {
                 let welded = self.neighbours.welded_slot(slot);
                 self.corrections.keep_longer(welded, corrected - self.at[slot]);
             }
+        }
+    }
+
+    /// Moves each vertex by its own correction, after
+    /// [`find_corrections`](Self::find_corrections). This is all that devices do.
+    pub fn move_each(&self, body: &RobustBody, positions: &mut [Vec3]) {
+        let slots = body.contact_filter().garment_packets().slots();
+        for (position, &slot) in positions.iter_mut().zip(slots) {
+            *position = self.contacts[slot as usize].corrected.unwrap_or(*position);
         }
     }
 

@@ -299,13 +299,13 @@ impl RobustIntersection {
         (!body.is_folded(hit.face, face.corner as usize)).then_some(out)
     }
 
-    fn is_high_enough(&self, height_m: f32) -> bool {
+    pub(super) fn is_high_enough(&self, height_m: f32) -> bool {
         height_m > self.margin_m - TOLERANCE_M
     }
 
     /// Returns the point at the margin on the way from the closest point through `p`; none for a
     /// `p` that is high enough or beyond a rim.
-    fn push_out(&self, hit: &SurfacePoint, p: Vec3) -> Option<Vec3> {
+    pub(super) fn push_out(&self, hit: &SurfacePoint, p: Vec3) -> Option<Vec3> {
         if self.is_high_enough(hit.signed_distance) {
             return None;
         }

@@ -20,6 +20,7 @@ use std::sync::Arc;
 mod again;
 mod coherence;
 mod creases;
+mod depths;
 mod retraction;
 mod stretched_faces;
 mod tears;

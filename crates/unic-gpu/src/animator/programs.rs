@@ -243,7 +243,7 @@ impl Recorder<'_> {
             if !program.has("body") {
                 program.stage("body", handling.pose.clone());
             }
-            program.stage("intersections", vec![handling.correct.clone()]);
+            program.stage("intersections", handling.correct.clone());
         }
     }
 

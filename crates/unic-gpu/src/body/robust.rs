@@ -29,8 +29,19 @@ pub(super) struct RobustRule {
     push: Kernel,
     /// Push of shown positions, which are retracted first.
     push_shown: Kernel,
+    order: DepthOrder,
     /// Kernels of the relaxation after the pushes; none without a strain projection.
     relaxation: Option<Relaxation>,
+}
+
+/// Kernels that keep the order of cloth that lies over one place of the body. Asset.
+#[derive(Debug)]
+struct DepthOrder {
+    body_vertices: usize,
+    clear: Kernel,
+    find: Kernel,
+    keep: Kernel,
+    find_nearest: Kernel,
 }
 
 /// Kernels that find the planes in which a strain projection moves corrected vertices. Asset.
@@ -70,6 +81,7 @@ impl RobustRule {
             NEAREST,
             include_str!("../kernels/robust.wgsl"),
             include_str!("../kernels/planes.wgsl"),
+            include_str!("../kernels/depths.wgsl"),
         ]
         .concat();
         let vertices = ("VERTICES", model.vertex_count() as f64);
@@ -99,6 +111,13 @@ impl RobustRule {
         Ok(Self {
             vertices: model.vertex_count(),
             relaxation: model.projection().map(|_| relaxation()),
+            order: DepthOrder {
+                body_vertices: body.vertices.len(),
+                clear: kernel("clear_depths", &[("BODY_VERTICES", body.vertices.len() as f64)]),
+                find: kernel("find_depths", &[vertices]),
+                keep: kernel("keep_order", &[vertices, around]),
+                find_nearest: kernel("find_nearest", &push),
+            },
             push_shown: kernel("push", &[&push[..], &[("RETRACT", 1.0)]].concat()),
             push: kernel("push", &push),
             faces: context.upload("faces", &faces),
@@ -107,19 +126,40 @@ impl RobustRule {
         })
     }
 
-    /// Makes the dispatch that moves shown positions out of the body.
+    /// Makes the dispatches that move shown positions out of the body.
     pub(super) fn correct(
         &self,
+        context: &GpuContext,
         corrects: Corrects,
         buffers: &Buffers,
         scratch: &Scratch,
-    ) -> Result<Dispatch, GpuError> {
+    ) -> Result<Vec<Dispatch>, GpuError> {
         // States that are corrected take the shortest way, as in training.
-        let kernel = match corrects {
-            Corrects::State => &self.push,
-            Corrects::Display => &self.push_shown,
-        };
-        self.push(kernel, buffers, scratch)
+        if corrects == Corrects::State {
+            return Ok(vec![self.push(&self.push, buffers, scratch)?]);
+        }
+        let order = &self.order;
+        let bytes = 4 * order.body_vertices;
+        let depths = context.zeroed("depths", bytes, BufferUsages::empty());
+        let (depths, seeds, faces) = ((23, &depths), (13, &scratch.seeds), (14, &self.faces));
+        let keep = [
+            (0, &buffers.tick),
+            (9, &buffers.shown),
+            (12, &scratch.body),
+            seeds,
+            faces,
+            (15, &self.tables),
+            depths,
+        ];
+        let mut nearest = scratch.bindings(&self.tree).to_vec();
+        nearest.extend([(9, &buffers.shown), (14, &self.faces), (15, &self.tables)]);
+        Ok(vec![
+            self.push(&self.push_shown, buffers, scratch)?,
+            (order.clear).dispatch(&[depths], order.body_vertices.div_ceil(GROUP))?,
+            order.find.dispatch(&[seeds, faces, depths], self.groups())?,
+            order.keep.dispatch(&keep, self.groups())?,
+            order.find_nearest.dispatch(&nearest, self.groups())?,
+        ])
     }
 
     /// Makes the dispatches that bring edges back towards their limits after the pushes, smooth the

@@ -100,6 +100,42 @@ fn any_moved() -> u32 {
     return 2u * VERTICES;
 }
 
+// Index in `seeds` of what a first push leaves about a vertex.
+fn pushed_at(i: u32) -> u32 {
+    return 2u * VERTICES + 1u + 7u * i;
+}
+
+// Cloth that was below the margin.
+struct PushedCloth {
+    // Depth below the margin, metres; zero for a vertex that has stayed.
+    depth: f32,
+    // Face that it was next to, and the weights of its first two corners at the closest point.
+    face: u32,
+    weights: vec2<f32>,
+    // Displacement, metres; zero for a vertex that was drawn to its skinned position first.
+    by: vec3<f32>,
+}
+
+fn store_pushed(i: u32, cloth: PushedCloth) {
+    if (!AGAIN) {
+        let at = pushed_at(i);
+        seeds[at] = bitcast<u32>(cloth.depth);
+        seeds[at + 1u] = cloth.face;
+        seeds[at + 2u] = bitcast<u32>(cloth.by.x);
+        seeds[at + 3u] = bitcast<u32>(cloth.by.y);
+        seeds[at + 4u] = bitcast<u32>(cloth.by.z);
+        seeds[at + 5u] = bitcast<u32>(cloth.weights.x);
+        seeds[at + 6u] = bitcast<u32>(cloth.weights.y);
+    }
+}
+
+fn pushed_cloth(i: u32) -> PushedCloth {
+    let at = pushed_at(i);
+    let by = vec3<u32>(seeds[at + 2u], seeds[at + 3u], seeds[at + 4u]);
+    let weights = bitcast<vec2<f32>>(vec2<u32>(seeds[at + 5u], seeds[at + 6u]));
+    return PushedCloth(bitcast<f32>(seeds[at]), seeds[at + 1u], weights, bitcast<vec3<f32>>(by));
+}
+
 // Garment vertex of this invocation.
 var<private> pushed_vertex: u32;
 
@@ -218,6 +254,18 @@ fn contact(p: vec3<f32>, face: u32) -> Contact {
     let distance = length(hit.offset);
     let height = select(distance, -distance, dot(hit.offset, normal) > 0.0);
     return Contact(face, hit.feature, p + hit.offset, normal, height);
+}
+
+// Weights of the first two corners of the face at a contact's point; a third each on a face without
+// an area.
+fn corner_weights(at: Contact) -> vec2<f32> {
+    let t = triangle(at.face, at.point);
+    let size = squared(t.normal);
+    if (size == 0.0) {
+        return vec2<f32>(1.0 / 3.0);
+    }
+    let areas = vec2<f32>(dot(t.normal, cross(t.b, t.c)), dot(t.normal, cross(t.c, t.a)));
+    return clamp(areas / size, vec2<f32>(), vec2<f32>(1.0));
 }
 
 // Push by a contact, and the position to which it leads.
@@ -375,6 +423,8 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     pushed_vertex = i;
     seeds[mark(i)] = 0u;
+    var cloth = PushedCloth(0.0, NO_ITEM, vec2<f32>(), vec3<f32>());
+    store_pushed(i, cloth);
     let margin = tick[HANDLING].x * MARGIN_SHARE;
     var p = shown_position(i);
     var face = nearest(p, seeds[i]);
@@ -386,6 +436,7 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
     if (RETRACT && around.height < -MIN_RETRACTED_DEPTH) {
         let drawn = retracted(p, around, margin);
         if (any(drawn != p)) {
+            cloth.depth = margin - around.height;
             p = drawn;
             face = nearest(p, face);
             if (face == NO_ITEM) {
@@ -393,12 +444,18 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
             }
             around = contact(p, face);
             show(i, face, p);
+            cloth.face = face;
+            cloth.weights = corner_weights(around);
+            store_pushed(i, cloth);
         }
     }
     var out = push_out(around, p, margin);
     if (!out.exists || is_folded(face)) {
         return;
     }
+    let start = p;
+    let is_retracted = cloth.depth > 0.0;
+    cloth.face = face;
     // In a crease a push out of one side leads into the other. The last one goes halfway: between
     // sides that are close, the middle is outside both.
     p = out.to;
@@ -414,4 +471,13 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
         p = select(0.5 * (p + out.to), out.to, iteration < MAX_ITERATIONS);
     }
     show(i, face, p);
+    if (is_retracted && face != NO_ITEM) {
+        cloth.face = face;
+        cloth.weights = corner_weights(contact(p, face));
+    } else if (!is_retracted) {
+        cloth.by = p - start;
+        cloth.weights = corner_weights(around);
+        cloth.depth = min(length(cloth.by), margin - around.height);
+    }
+    store_pushed(i, cloth);
 }

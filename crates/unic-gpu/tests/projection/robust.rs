@@ -10,7 +10,7 @@ use crate::{
 use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{
-    Animator, Model, Start,
+    Animator, Model, Pose, Start,
     config::{Corrects, IntersectionMode},
     intersection::{Handling, LAST_MARGIN_SHARE, RobustBody, RobustIntersection},
     projection::{Edge, RELAX_ROUNDS, RELAX_SWEEPS, StrainProjection},
@@ -23,12 +23,6 @@ fn robust(corrects: Corrects) -> IntersectionMode {
         corrects,
     }
 }
-
-/// Number of inputs that differ by rounding errors.
-const ROUNDINGS: usize = 16;
-
-/// Difference of positions that a device's arithmetic explains, metres.
-const ROUNDING_M: f32 = 2e-6;
 
 /// Largest share of vertices that rounding errors may move far, those around them included.
 const MAX_UNDECIDED_SHARE: f32 = 5e-3;
@@ -47,7 +41,7 @@ struct Pushes {
 /// Shown garment of a device's robust handling, whose parts are the CPU's: each vertex is pushed by
 /// itself, edges are brought back towards their limits, hinges smooth the moves, and vertices near the
 /// body and those that the sweeps have moved far are pushed again, to a share of the margin.
-fn shown(model: &Model, handling: &Handling, skinned: &[Vec3], positions: &mut [Vec3]) -> Pushes {
+fn shown(model: &Model, pose: &Pose, handling: &Handling, positions: &mut [Vec3]) -> Pushes {
     let Handling::Robust(rule, body) = handling else {
         panic!()
     };
@@ -57,11 +51,8 @@ fn shown(model: &Model, handling: &Handling, skinned: &[Vec3], positions: &mut [
     let push = |vertex: usize, p: Vec3| last.correct(body, vertex, p, &mut { Handling::NO_SEED });
     let mut pushes = Pushes::default();
     let uncorrected = positions.to_vec();
-    for (vertex, p) in positions.iter_mut().enumerate() {
-        let out = rule.correct_shown(body, vertex, *p, skinned[vertex], &mut { Handling::NO_SEED });
-        pushes.moved += usize::from(out.is_some());
-        *p = out.unwrap_or(*p);
-    }
+    common::correct_each(model, pose, (*rule, body), positions);
+    pushes.moved = positions.iter().zip(&uncorrected).filter(|(a, b)| a != b).count();
     if pushes.moved == 0 {
         return pushes;
     }
@@ -177,8 +168,7 @@ fn run_robust(model: &Arc<Model>) -> Option<(usize, Pushes)> {
         handling.pose(character, &body);
         let predicted = cpu.garment().positions.to_vec();
         let mut expected = predicted.clone();
-        let skinned = common::skinned_garment(model, &poses[t]);
-        let now = shown(model, &handling, &skinned, &mut expected);
+        let now = shown(model, &poses[t], &handling, &mut expected);
         still += usize::from(now.moved == 0);
         pushes.moved += now.moved;
         pushes.from_afar += now.from_afar;
@@ -189,8 +179,8 @@ fn run_robust(model: &Arc<Model>) -> Option<(usize, Pushes)> {
         let errors_m: Vec<f32> = errors_m.collect();
         // Of two ways out of the body that are equally long, rounding decides for one.
         if errors_m.iter().any(|&error_m| error_m >= TOLERANCE) {
-            let spread_m = spread(&predicted, &expected, |p| {
-                _ = shown(model, &handling, &skinned, p)
+            let spread_m = common::rounding_spread(&predicted, &expected, |p| {
+                _ = shown(model, &poses[t], &handling, p)
             });
             for (v, (&error_m, &spread_m)) in errors_m.iter().zip(&spread_m).enumerate() {
                 undecided += usize::from(error_m >= TOLERANCE);
@@ -205,25 +195,6 @@ fn run_robust(model: &Arc<Model>) -> Option<(usize, Pushes)> {
     let share = undecided as f32 / (FRAMES * cpu.garment().positions.len()) as f32;
     assert!(share <= MAX_UNDECIDED_SHARE, "{share}");
     Some((still, pushes))
-}
-
-/// Returns how far each shown vertex moves when the input moves by rounding errors, metres.
-fn spread(predicted: &[Vec3], expected: &[Vec3], shown: impl Fn(&mut [Vec3])) -> Vec<f32> {
-    let mut spread_m = vec![0f32; predicted.len()];
-    for k in 0..ROUNDINGS {
-        let direction = |v: usize| {
-            let angle = (977 * k + v) as f32;
-            let direction = Vec3::new(angle.sin(), (1.7 * angle).sin(), (2.3 * angle).sin());
-            direction.normalize_or_zero()
-        };
-        let moved = predicted.iter().enumerate();
-        let mut moved: Vec<Vec3> = moved.map(|(v, p)| *p + direction(v) * ROUNDING_M).collect();
-        shown(&mut moved);
-        for ((spread_m, a), b) in spread_m.iter_mut().zip(&moved).zip(expected) {
-            *spread_m = spread_m.max(a.distance(*b));
-        }
-    }
-    spread_m
 }
 
 /// Uses eight storage buffers a kernel.

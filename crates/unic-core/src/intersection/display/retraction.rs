@@ -21,12 +21,14 @@ impl DisplayPass {
             &self.to_recheck,
             body.contact_filter().garment_packets().vertices(),
         );
-        let moved = self.at.iter_mut().zip(vertices).zip(retracted);
-        for ((at, &vertex), retracted) in moved.filter(|(_, retracted)| retracted.is_finite()) {
+        let moved = self.at.iter_mut().zip(vertices).zip(retracted).enumerate();
+        for (slot, ((at, &vertex), retracted)) in moved.filter(|(_, (_, retracted))| retracted.is_finite()) {
             // Empty slots have no vertex.
             if let Some(position) = positions.get_mut(vertex as usize) {
                 (*at, *position) = (*retracted, *retracted);
                 self.has_retracted = true;
+                self.depths
+                    .retract(slot, self.rule.margin_m - self.contacts[slot].height_m);
             }
         }
         let has_moved = |packet: usize| {

@@ -1,0 +1,101 @@
+//! Layers of cloth over one place of the body keep their order when they are pushed.
+
+use super::*;
+
+/// Radius of a ball, metres.
+const RADIUS_M: f32 = 0.15;
+
+/// Cells along each side of a layer.
+const CELLS: u32 = 8;
+
+/// Height at which layers are skinned, metres.
+const SKINNED_M: f32 = 0.02;
+
+/// Stages of the display pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stages {
+    /// Each vertex by itself.
+    Single,
+    /// All vertices together.
+    All,
+}
+
+/// Mean heights over a ball of layers at these heights, after the display pass, metres.
+fn shown(heights_m: &[f32], stages: Stages) -> Vec<f32> {
+    let ball = sphere(5, RADIUS_M);
+    let layer = shifted(sheet(CELLS, CELLS, 0.008), Vec3::new(-0.032, 0.0, -0.032));
+    let size = layer.vertices.len();
+    let at_height =
+        |p: Vec3, height_m: f32| Vec3::new(p.x, RADIUS_M, p.z).normalize() * (RADIUS_M + height_m);
+    let cloth = (1..heights_m.len()).fold(layer.clone(), |all, _| joined(all, layer.clone()));
+    let layer_of = |v: usize| heights_m[v / size];
+    let flat = cloth.vertices.iter().enumerate();
+    let mut positions: Vec<Vec3> = flat.map(|(v, p)| at_height(*p, layer_of(v))).collect();
+    let rest = TriMesh {
+        // The layers are not at one place, where they would be welded.
+        vertices: (cloth.vertices.iter().enumerate())
+            .map(|(v, p)| at_height(*p, SKINNED_M + 1e-5 * (v / size) as f32))
+            .collect(),
+        ..cloth
+    };
+    let (body, garment) = on_one_joint(ball.clone(), rest);
+    let scene = CollisionScene {
+        body: &body,
+        vertices: &ball.vertices,
+        colliders: &[],
+        skinned: Some(SkinnedGarment {
+            garment: &garment,
+            world_from_rest: &[Rigid::IDENTITY],
+            closing_share: 0.0,
+        }),
+    };
+    let mut pass = DisplayPass::new(RULE, &garment, &body);
+    match stages {
+        Stages::All => pass.apply(scene, &mut positions),
+        Stages::Single => {
+            pass.find_contacts(scene, &mut positions);
+            pass.find_corrections(scene);
+            pass.move_each(&body, &mut positions);
+        }
+    }
+    let mean = |layer: &[Vec3]| layer.iter().map(|p| p.length() - RADIUS_M).sum::<f32>() / size as f32;
+    positions.chunks(size).map(mean).collect()
+}
+
+/// Checks heights over the margin, to the facets of the ball, metres.
+fn assert_over_margin(found_m: &[f32], expected_m: &[f32]) {
+    for (found, expected) in found_m.iter().zip(expected_m) {
+        let error_m = found - MARGIN_M - expected;
+        assert!(error_m.abs() < 3e-4, "{found_m:?} {expected_m:?}");
+    }
+}
+
+#[test]
+fn the_deepest_layer_comes_to_the_margin_and_the_others_stay_above_it() {
+    // 11 and 5 mm below the margin, 2 and 15 mm above it; 11 mm above it nothing is raised.
+    let heights_m = [-0.008, -0.002, 0.005, 0.018];
+    let found_m = shown(&heights_m, Stages::Single);
+    assert_over_margin(&found_m, &[0.0, 0.003, 0.0065, 0.015]);
+    let found_m = shown(&heights_m, Stages::All);
+    assert!(found_m.is_sorted_by(|a, b| b - a > 2e-3), "{found_m:?}");
+}
+
+#[test]
+fn layers_that_are_drawn_to_their_skinned_positions_keep_their_order() {
+    let found_m = shown(&[-0.025, -0.015, -0.005], Stages::Single);
+    assert_over_margin(&found_m, &[0.0, 0.005, 0.010]);
+}
+
+#[test]
+fn a_single_layer_comes_to_the_margin() {
+    assert_over_margin(&shown(&[-0.004], Stages::Single), &[0.0]);
+    assert_over_margin(&shown(&[-0.025], Stages::Single), &[0.0]);
+}
+
+#[test]
+fn cloth_over_no_depth_stays() {
+    let heights_m = [0.004, 0.006];
+    let found_m = shown(&heights_m, Stages::All);
+    let mut pairs = found_m.iter().zip(heights_m);
+    assert!(pairs.all(|(a, b)| (a - b).abs() < 1e-6), "{found_m:?}");
+}
