@@ -261,8 +261,8 @@ pub enum IntersectionMode {
     },
     /// Rule of this project: a vertex is moved the shortest way to `margin_m` over the closest
     /// triangle, among the body parts that may push it. Deep inside the body a shown vertex first
-    /// moves towards its skinned position. Faces that the body pokes through are lifted, and
-    /// corrections spread to neighbours.
+    /// moves towards its skinned position. Layers of fine cloth keep their order. Faces that the body
+    /// pokes through are lifted, and corrections spread to neighbours.
     Robust {
         /// Least height of vertices over the skin, metres. After the last sweeps of a strain projection
         /// vertices are pushed to [`LAST_MARGIN_SHARE`](crate::intersection::LAST_MARGIN_SHARE) of it.

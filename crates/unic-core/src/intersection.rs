@@ -9,7 +9,7 @@
 //!
 //! A [`DisplayPass`] corrects positions before they are shown. It sees all vertices at once, and so
 //! finds faces that the body pokes through. It draws cloth deep inside a limb towards its skinned
-//! shape. [`GarmentHandling`] handles a garment with both.
+//! shape, and [keeps its layers in order](keeps_layers_in_order). [`GarmentHandling`] handles a garment with both.
 //!
 //! ```
 //! use unic_core::{config::{Corrects, IntersectionMode}, intersection::Handling};
@@ -46,7 +46,7 @@ mod robust;
 mod tests;
 
 pub use contact_filter::{ContactFilter, MIN_CARRYING_WEIGHT};
-pub use display::{CollisionScene, DisplayPass, LAST_MARGIN_SHARE, SkinnedGarment};
+pub use display::{CollisionScene, DisplayPass, LAST_MARGIN_SHARE, SkinnedGarment, keeps_layers_in_order};
 pub use garment_handling::GarmentHandling;
 pub(crate) use garment_handling::pose_body;
 pub use layers::{Layers, LayersError};

@@ -50,7 +50,7 @@ pub(crate) use window::Window;
 const RATE_HZ: f32 = 10.0;
 
 /// Interval of the measured frames whose self-crossings are counted. The search is as slow as all
-/// other measures of a frame, and folds lie across each other for longer.
+/// other measures of a frame, and folds stay across each other for longer than this.
 const SELF_CROSSINGS_EVERY: usize = 3;
 
 /// Measures of life for one garment. It is made once for all clips.

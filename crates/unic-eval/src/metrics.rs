@@ -129,7 +129,7 @@ pub struct Metrics {
         deserialize_with = "present"
     )]
     pub self_crossing_edges_percent: Option<f64>,
-    /// Share of the truth's edges, %.
+    /// The same share of the truth's edges, %.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",

@@ -133,15 +133,15 @@ impl Body {
 struct Scratch {
     body: Buffer,
     boxes: Buffer,
-    /// Nearest item of each garment vertex in the last frame, and the marks of `robust.wgsl`.
+    /// Nearest item of each garment vertex in the last frame, and what else `robust.wgsl` stores.
     seeds: Buffer,
 }
 
 impl Scratch {
     fn new(context: &GpuContext, body: &Body, tree: &Tree, model: &Model) -> Self {
         let vertices = model.vertex_count();
-        // One mark a vertex and one for all of them, then seven words a vertex about its first push.
-        let mut seeds = vec![0; 9 * vertices + 1];
+        // A face and a mark for each vertex, a mark for all of them, and what the first push leaves.
+        let mut seeds = vec![0; (2 + robust::PUSHED_WORDS) * vertices + 1];
         seeds[..vertices].fill(u32::MAX);
         Self {
             body: context.zeroed("body", SHOWN_BYTES * body.mesh.count, BufferUsages::empty()),

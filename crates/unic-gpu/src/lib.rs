@@ -55,7 +55,7 @@
 //! | `field` | one workgroup a tile of vertices, through all layers |
 //! | `body` | skins the body and refits a tree of boxes from its leaves up |
 //! | `projection` | one workgroup a patch of vertices, through all constraints of a sweep |
-//! | `intersections` | one invocation a vertex: searches the tree from the last frame's answer on |
+//! | `intersections` | one invocation a vertex: searches the tree from the last frame's answer on; depths of the body's vertices are maxima by atomics |
 //! | `positions`, `normals` | one invocation a vertex; sums in a fixed order, without atomics |
 //!
 //! In the field's kernel activations stay in workgroup memory and sums in registers or matrix
@@ -74,9 +74,10 @@
 //!
 //! - In [`Precision::F32`] positions differ from the CPU's by rounding only. The tests require 1 mm
 //!   over 60 frames of free running, and find 0.1 mm and less.
-//! - The robust handling of intersections pushes each vertex as the CPU does. It does not sink
-//!   vertices out of parts that may not push them, lift faces that the body pokes through, or
-//!   spread corrections over the garment. Where two body faces are equally near to a vertex,
+//! - The robust handling of intersections pushes each vertex as the CPU does, and keeps layers of
+//!   shown cloth in order. It does not sink vertices out of parts that may not push them, lift faces
+//!   that the body pokes through, or spread corrections over the garment. Raised layers are pushed
+//!   out of other parts by the second push alone. Where two body faces are equally near to a vertex,
 //!   rounding decides which of them pushes it.
 //! - After these pushes the [strain projection](unic_core::projection) relaxes edges and hinges in the
 //!   CPU's sweeps and planes. It starts from positions without the parts named above, so shown positions

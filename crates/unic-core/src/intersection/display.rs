@@ -17,6 +17,7 @@ mod stretched_faces;
 mod tears;
 
 pub use again::LAST_MARGIN_SHARE;
+pub use depths::keeps_layers_in_order;
 
 use super::{Contact, Layers, RobustBody, RobustIntersection, packets::Packets, robust::LIMB_RADIUS_M};
 use crate::{
@@ -42,7 +43,8 @@ const CHUNK: usize = 1024;
 /// Pass over all shown positions of a garment: it corrects vertices, lifts faces that the body
 /// comes through, and spreads the corrections over the garment, so that a push leaves neither dent
 /// nor spike. Vertices deep inside the body are drawn towards their skinned positions before, each
-/// by itself. Layers of a pleat that are inside the body keep their order. Where neighbours are on
+/// by itself. Layers of a pleat that are inside the body [keep their
+/// order](keeps_layers_in_order). Where neighbours are on
 /// opposite sides of a limb afterwards, the tear between them is closed.
 ///
 /// Positions farther than [`REACH_EDGES`](Self::REACH_EDGES) edges from any correction keep their
@@ -62,8 +64,8 @@ pub struct DisplayPass {
     contacts: Vec<Contact>,
     /// Heights over the body after the correction of each vertex, by slot, metres.
     heights: Vec<f32>,
-    /// Depths of cloth inside the body.
-    depths: Depths,
+    /// Depths of cloth inside the body; none for a coarse garment.
+    depths: Option<Depths>,
     /// Whether the last pass has drawn any vertex towards its skinned position.
     has_retracted: bool,
     /// Smallest displacement that each vertex needs, by slot.
@@ -132,7 +134,8 @@ impl DisplayPass {
             contacts: vec![Contact::NONE; packets.len()],
             heights: vec![f32::INFINITY; packets.len()],
             at: vec![Vec3::NAN; packets.len()],
-            depths: Depths::new(body.surface().vertex_count(), packets.len()),
+            depths: (body.keeps_layers_in_order())
+                .then(|| Depths::new(body.surface().vertex_count(), packets.len())),
             has_retracted: false,
             corrections: Corrections::new(packets.len()),
             smoothing: Smoothing::new(packets.len()),
@@ -164,18 +167,21 @@ impl DisplayPass {
         self.load_positions(scene.body, positions);
         (self.rule).find_contacts(scene.body, &self.at, |_| true, &mut self.contacts);
         self.has_retracted = false;
-        self.depths.clear();
+        if let Some(depths) = &mut self.depths {
+            depths.clear_retractions();
+        }
         if let Some(skinned) = scene.skinned {
             self.retract_deep(scene.body, skinned, positions);
         }
     }
 
-    /// Finds the correction of each vertex, after [`find_contacts`](Self::find_contacts). Layers of the
-    /// cloth over one place of the body keep their order.
+    /// Finds the correction of each vertex, after [`find_contacts`](Self::find_contacts). Layers
+    /// of the cloth over one place of the body keep their order.
     pub fn find_corrections(&mut self, scene: CollisionScene) {
         // Before the colliders, whose pushes say nothing about depths inside the body.
-        self.depths
-            .keep_order(self.rule, scene.body, &self.at, &mut self.contacts);
+        if let Some(depths) = &mut self.depths {
+            depths.keep_order(self.rule, scene.body, &self.at, &mut self.contacts);
+        }
         if !scene.colliders.is_empty() {
             let (at, rule) = (&self.at, self.rule);
             for_each_chunk(&mut self.contacts, CHUNK, |first, contacts| {
@@ -199,7 +205,8 @@ impl DisplayPass {
     }
 
     /// Moves each vertex by its own correction, after
-    /// [`find_corrections`](Self::find_corrections). This is all that devices do.
+    /// [`find_corrections`](Self::find_corrections): without lifted faces and without a share for its
+    /// neighbours, as on devices.
     pub fn move_each(&self, body: &RobustBody, positions: &mut [Vec3]) {
         let slots = body.contact_filter().garment_packets().slots();
         for (position, &slot) in positions.iter_mut().zip(slots) {

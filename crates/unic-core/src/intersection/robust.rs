@@ -1,6 +1,6 @@
 //! Robust rule: pushes vertices out of the closest triangle that may push them, to a margin.
 
-use super::ContactFilter;
+use super::{ContactFilter, keeps_layers_in_order};
 use crate::{
     character::{Character, Garment},
     folds,
@@ -59,6 +59,8 @@ pub struct RobustBody {
     // An asset, which clones share.
     contact_filter: std::sync::Arc<ContactFilter>,
     folds: FoldCache,
+    /// Whether layers of the garment keep their order when they are pushed.
+    keeps_layers_in_order: bool,
 }
 
 impl RobustBody {
@@ -72,6 +74,7 @@ impl RobustBody {
             surface,
             folds: FoldCache::new(classes, character.body.vertices.len()),
             contact_filter: std::sync::Arc::new(contact_filter),
+            keeps_layers_in_order: keeps_layers_in_order(&garment.rest, &character.body),
         }
     }
 
@@ -87,6 +90,11 @@ impl RobustBody {
     /// Surface of the posed body.
     pub fn surface(&self) -> &Surface {
         &self.surface
+    }
+
+    /// Returns whether layers of the garment keep their order when they are pushed.
+    pub(super) fn keeps_layers_in_order(&self) -> bool {
+        self.keeps_layers_in_order
     }
 
     /// Filter of the contacts between body parts and garment vertices.

@@ -8,6 +8,11 @@
 )]
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
+mod handling;
+
+#[allow(unused_imports, reason = "every test binary and example uses a part of it")]
+pub use handling::{correct_each, skinned_garment};
+
 use glam::{Quat, Vec3};
 use std::f32::consts::TAU;
 use std::sync::Arc;
@@ -16,7 +21,6 @@ use unic_core::{
     character::{Character, Garment},
     config::*,
     features::RestBox,
-    intersection::{CollisionScene, DisplayPass, RobustBody, RobustIntersection, SkinnedGarment},
     mesh::TriMesh,
     model::{About, ModelParts},
     motion::{JointSprings, MotionLayout, MotionSpec, Normalisation, Spring, VelocityScheme, motion_len},
@@ -27,7 +31,6 @@ use unic_core::{
     replay::{FEATURES, KeyMap, Library, Replay},
     skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
-    transform::Rigid,
 };
 
 /// Number of joints: pelvis, chest, left foot, right foot, head.
@@ -559,74 +562,6 @@ pub fn input(poses: &[Pose], t: usize) -> StepInput<'_> {
         ground_height: 0.02,
         wind: wind(t),
     }
-}
-
-/// Returns the transforms of the joints from their rest in a pose.
-fn world_from_rest(model: &Model, pose: &Pose) -> Vec<Rigid> {
-    let skeleton = &model.character().skeleton;
-    let (mut joints, mut world_from_rest) = (Vec::new(), Vec::new());
-    skeleton.forward_kinematics(pose, &mut joints);
-    skeleton.world_from_rest(&joints, &mut world_from_rest);
-    world_from_rest
-}
-
-/// Moves each vertex of a garment out of a posed body, without its neighbours.
-pub fn correct_each(
-    model: &Model,
-    pose: &Pose,
-    (rule, body): (RobustIntersection, &RobustBody),
-    positions: &mut [Vec3],
-) {
-    let garment = model.garment();
-    let scene = CollisionScene {
-        body,
-        // Single vertices are searched from the garment alone.
-        vertices: &[],
-        colliders: &[],
-        skinned: Some(SkinnedGarment {
-            garment,
-            world_from_rest: &world_from_rest(model, pose),
-            closing_share: 1.0,
-        }),
-    };
-    let mut pass = DisplayPass::new(rule, garment, body);
-    pass.find_contacts(scene, positions);
-    pass.find_corrections(scene);
-    pass.move_each(body, positions);
-}
-
-/// Number of inputs that differ by rounding errors.
-const ROUNDINGS: usize = 16;
-
-/// Difference of positions that a device's arithmetic explains, metres.
-const ROUNDING_M: f32 = 2e-6;
-
-/// Returns how far each shown vertex moves when the input moves by rounding errors, metres. Of two
-/// ways that are equally long, rounding decides for one.
-pub fn rounding_spread(predicted: &[Vec3], expected: &[Vec3], shown: impl Fn(&mut [Vec3])) -> Vec<f32> {
-    let mut spread_m = vec![0f32; predicted.len()];
-    for k in 0..ROUNDINGS {
-        let direction = |v: usize| {
-            let angle = (977 * k + v) as f32;
-            let direction = Vec3::new(angle.sin(), (1.7 * angle).sin(), (2.3 * angle).sin());
-            direction.normalize_or_zero()
-        };
-        let moved = predicted.iter().enumerate();
-        let mut moved: Vec<Vec3> = moved.map(|(v, p)| *p + direction(v) * ROUNDING_M).collect();
-        shown(&mut moved);
-        for ((spread_m, a), b) in spread_m.iter_mut().zip(&moved).zip(expected) {
-            *spread_m = spread_m.max(a.distance(*b));
-        }
-    }
-    spread_m
-}
-
-/// Returns the positions of a garment by linear blend skinning alone, with its carriers.
-pub fn skinned_garment(model: &Model, pose: &Pose) -> Vec<Vec3> {
-    let garment = model.garment();
-    let (world_from_rest, mut positions) = (world_from_rest(model, pose), Vec::new());
-    (garment.carriers()).skin(&garment.rest.vertices, &world_from_rest, &mut positions);
-    positions
 }
 
 /// Resets to the mean shape at frame 0, steps through the clip, and returns the positions of every

@@ -57,13 +57,13 @@ impl<'a> FrameMeasure<'a> {
         self.filter.coarsest(&positions)
     }
 
-    /// Search for self-crossings, to be cloned for each thread.
+    /// Search for self-crossings, to be cloned for each piece of parallel work.
     pub(super) fn self_crossings(&self) -> &SelfCrossings {
         &self.self_crossings
     }
 
-    /// Measures all of a shape but its self-crossings. The shape is given by the world positions of all garment vertices in metres. `skinned`
-    /// is the [skinned](Self::skinned) rest shape of the frame.
+    /// Measures all of a shape but its self-crossings, given the world positions of all garment vertices
+    /// in metres. `skinned` is the [skinned](Self::skinned) rest shape of the frame.
     pub(super) fn measure(&self, positions: &[Vec3], skinned: &Shape) -> LifeFrame {
         LifeFrame {
             signals: self.filter.signals(positions, skinned),

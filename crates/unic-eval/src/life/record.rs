@@ -25,7 +25,7 @@ pub(super) struct Record {
     strains: Histogram,
     /// Sum over frames of the mean squared bending, rad².
     squared_bending: f64,
-    /// Share of edges that pass through the garment in each frame where they were counted.
+    /// Sums over the frames in which self-crossings were counted.
     self_crossings: CrossingSums,
     /// Second differences over time of all vertices in all frames.
     second_differences: LengthHistogram,

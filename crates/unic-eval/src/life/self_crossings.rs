@@ -4,7 +4,7 @@ use super::welded::WeldedMesh;
 use glam::Vec3;
 use unic_core::{surface::Surface, topology::edges};
 
-/// Search for the edges of a garment that pass through its own faces. Each thread needs its own.
+/// Search for the edges of a garment that pass through its own faces. Work in parallel needs one each.
 #[derive(Clone, Debug)]
 pub(super) struct SelfCrossings {
     /// Garment vertex of each welded vertex.

@@ -37,6 +37,7 @@ pub(crate) struct LifeSums {
 pub(super) struct CrossingSums {
     /// Sum of the share of edges that pass through the garment.
     share: f64,
+    /// Number of frames.
     frames: usize,
 }
 

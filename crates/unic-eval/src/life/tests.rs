@@ -315,6 +315,26 @@ fn equal_clips_have_ratios_of_one() {
 }
 
 #[test]
+fn self_crossings_are_those_of_the_prediction_in_every_third_measured_frame() {
+    let cylinder = Cylinder::new(0.12, 0.24, 13);
+    let truth = cylinder.shapes(100, |_| 0.0);
+    // In some frames a vertex is on the other side of the cylinder.
+    let crossing_in = |is_crossing: fn(usize) -> bool| {
+        let mut predicted = truth.clone();
+        let crossing = predicted.iter_mut().enumerate().filter(|(t, _)| is_crossing(*t));
+        crossing.for_each(|(_, shape)| shape[6 * SECTORS] *= Vec3::new(-1.3, 1.0, -1.3));
+        let metrics = cylinder.life(&truth, &predicted, standing).metrics();
+        assert_eq!(metrics.self_crossing_edges_percent_truth, Some(0.0));
+        metrics.self_crossing_edges_percent.unwrap()
+    };
+    let (counted, uncounted) = (crossing_in(|t| t % 9 == 0), crossing_in(|t| t % 9 != 0));
+    let half = crossing_in(|t| t % 18 == 0);
+    assert!(counted > 0.1 && uncounted == 0.0, "{counted} {uncounted}");
+    // Of the frames 9, 18 to 99 five in eleven.
+    assert_near(half, counted * 5.0 / 11.0, 1e-9);
+}
+
+#[test]
 fn a_shuffled_truth_is_as_alive_but_does_not_correlate() {
     let cylinder = Cylinder::new(0.12, 0.24, 13);
     let frames = 901;

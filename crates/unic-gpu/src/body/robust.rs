@@ -1,4 +1,4 @@
-//! Robust rule on the device, for each vertex by itself.
+//! Robust rule on the device, for each vertex by itself but for the order of layers.
 
 use super::{NEAREST, Scratch, VERTEX_STATE};
 use crate::{
@@ -12,12 +12,15 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use unic_core::{
     Corrects, Model,
-    intersection::{ContactFilter, LAST_MARGIN_SHARE},
+    intersection::{ContactFilter, LAST_MARGIN_SHARE, keeps_layers_in_order},
     topology::weld,
 };
 use wgpu::{Buffer, BufferUsages};
 
-/// Robust intersection handling, for each vertex by itself. Asset.
+/// Number of words that a first push leaves about a vertex: `PUSHED_WORDS` of `robust.wgsl`.
+pub(super) const PUSHED_WORDS: usize = 7;
+
+/// Robust intersection handling, for each vertex by itself but for the order of layers. Asset.
 #[derive(Debug)]
 pub(super) struct RobustRule {
     vertices: usize,
@@ -29,7 +32,8 @@ pub(super) struct RobustRule {
     push: Kernel,
     /// Push of shown positions, which are retracted first.
     push_shown: Kernel,
-    order: DepthOrder,
+    /// Kernels that keep the order of layers; none for a coarse garment.
+    order: Option<DepthOrder>,
     /// Kernels of the relaxation after the pushes; none without a strain projection.
     relaxation: Option<Relaxation>,
 }
@@ -108,16 +112,18 @@ impl RobustRule {
             find_planes: kernel("find_planes", &[vertices, around]),
             push_again: kernel("push", &[&push[..], &again].concat()),
         };
+        let body_vertices = body.vertices.len();
+        let order = || DepthOrder {
+            body_vertices,
+            clear: kernel("clear_depths", &[("BODY_VERTICES", body_vertices as f64)]),
+            find: kernel("find_depths", &[vertices]),
+            keep: kernel("keep_order", &[vertices, around]),
+            find_nearest: kernel("find_nearest", &push),
+        };
         Ok(Self {
             vertices: model.vertex_count(),
             relaxation: model.projection().map(|_| relaxation()),
-            order: DepthOrder {
-                body_vertices: body.vertices.len(),
-                clear: kernel("clear_depths", &[("BODY_VERTICES", body.vertices.len() as f64)]),
-                find: kernel("find_depths", &[vertices]),
-                keep: kernel("keep_order", &[vertices, around]),
-                find_nearest: kernel("find_nearest", &push),
-            },
+            order: keeps_layers_in_order(&model.garment().rest, body).then(order),
             push_shown: kernel("push", &[&push[..], &[("RETRACT", 1.0)]].concat()),
             push: kernel("push", &push),
             faces: context.upload("faces", &faces),
@@ -134,27 +140,35 @@ impl RobustRule {
         buffers: &Buffers,
         scratch: &Scratch,
     ) -> Result<Vec<Dispatch>, GpuError> {
-        // States that are corrected take the shortest way, as in training.
+        // States that are corrected take the shortest way, as in training. What is shown is outside
+        // the body then, so that layers need no order.
         if corrects == Corrects::State {
             return Ok(vec![self.push(&self.push, buffers, scratch)?]);
         }
-        let order = &self.order;
+        let mut dispatches = vec![self.push(&self.push_shown, buffers, scratch)?];
+        if let Some(order) = &self.order {
+            dispatches.extend(self.keep_order(order, context, buffers, scratch)?);
+        }
+        Ok(dispatches)
+    }
+
+    /// Makes the dispatches that keep the order of pushed layers.
+    fn keep_order(
+        &self,
+        order: &DepthOrder,
+        context: &GpuContext,
+        buffers: &Buffers,
+        scratch: &Scratch,
+    ) -> Result<[Dispatch; 4], GpuError> {
         let bytes = 4 * order.body_vertices;
         let depths = context.zeroed("depths", bytes, BufferUsages::empty());
         let (depths, seeds, faces) = ((23, &depths), (13, &scratch.seeds), (14, &self.faces));
-        let keep = [
-            (0, &buffers.tick),
-            (9, &buffers.shown),
-            (12, &scratch.body),
-            seeds,
-            faces,
-            (15, &self.tables),
-            depths,
-        ];
+        let (shown, tables) = ((9, &buffers.shown), (15, &self.tables));
+        let (tick, posed) = ((0, &buffers.tick), (12, &scratch.body));
+        let keep = [tick, shown, posed, seeds, faces, tables, depths];
         let mut nearest = scratch.bindings(&self.tree).to_vec();
-        nearest.extend([(9, &buffers.shown), (14, &self.faces), (15, &self.tables)]);
-        Ok(vec![
-            self.push(&self.push_shown, buffers, scratch)?,
+        nearest.extend([shown, faces, tables]);
+        Ok([
             (order.clear).dispatch(&[depths], order.body_vertices.div_ceil(GROUP))?,
             order.find.dispatch(&[seeds, faces, depths], self.groups())?,
             order.keep.dispatch(&keep, self.groups())?,

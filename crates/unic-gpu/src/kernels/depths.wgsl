@@ -1,5 +1,5 @@
 // Pushes that keep the order of cloth that lies over one place of the body. The kernels follow a
-// push by `robust.wgsl`. Rules are those of `unic_core::intersection::DisplayPass`, whose comments
+// push by `robust.wgsl`. Constants and rules are those of `depths.rs` in unic-core, whose comments
 // give the reasons.
 
 // Number of vertices of the body.
@@ -7,11 +7,13 @@ override BODY_VERTICES: u32;
 
 // Depth below which cloth is not raised, metres.
 const LEAST_DEPTH = 1e-4;
+// Largest depth that counts, metres.
+const MAX_DEPTH = 0.06;
 // Weight of a corner from which on it takes the whole depth at a point of its face.
 const FULL_WEIGHT = 0.1;
 
-// Bits of the depth of the cloth next to each welded body vertex, metres. Bits of numbers above zero
-// have the order of the numbers.
+// Bits of the depth of the cloth next to each welded body vertex, metres. Bits of numbers above
+// zero have the order of the numbers.
 @group(0) @binding(23) var<storage, read_write> depths: array<atomic<u32>>;
 
 @compute @workgroup_size(64)
@@ -37,8 +39,11 @@ fn find_depths(@builtin(global_invocation_id) id: vec3<u32>) {
         let welded = faces[pushed.face].welded;
         let weights = all_weights(pushed.weights);
         for (var k = 0u; k < 3u; k++) {
-            let share = min(weights[k] / FULL_WEIGHT, 1.0);
-            atomicMax(&depths[welded[k]], bitcast<u32>(pushed.depth * share));
+            let own = min(pushed.depth, MAX_DEPTH) * min(weights[k] / FULL_WEIGHT, 1.0);
+            // The bits of -0 exceed those of all numbers above zero.
+            if (own > 0.0) {
+                atomicMax(&depths[welded[k]], bitcast<u32>(own));
+            }
         }
     }
 }

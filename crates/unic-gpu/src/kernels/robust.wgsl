@@ -100,16 +100,20 @@ fn any_moved() -> u32 {
     return 2u * VERTICES;
 }
 
+// Number of words about a vertex.
+const PUSHED_WORDS = 7u;
+
 // Index in `seeds` of what a first push leaves about a vertex.
 fn pushed_at(i: u32) -> u32 {
-    return 2u * VERTICES + 1u + 7u * i;
+    return 2u * VERTICES + 1u + PUSHED_WORDS * i;
 }
 
 // Cloth that was below the margin.
 struct PushedCloth {
     // Depth below the margin, metres; zero for a vertex that has stayed.
     depth: f32,
-    // Face that it was next to, and the weights of its first two corners at the closest point.
+    // Face that it was next to, and the weights of its first two corners at the closest point: before
+    // the push, or after it where the vertex was drawn to its skinned position.
     face: u32,
     weights: vec2<f32>,
     // Displacement, metres; zero for a vertex that was drawn to its skinned position first.
@@ -374,7 +378,7 @@ fn skinned_position(i: u32) -> vec3<f32> {
     return vec3<f32>(shown[6u * i + 3u], shown[6u * i + 4u], shown[6u * i + 5u]);
 }
 
-// Moves a vertex. `face` is the one at the new position: planes belong to it.
+// Moves a vertex. `face` is the nearest one, to which planes belong.
 fn show(i: u32, face: u32, p: vec3<f32>) {
     seeds[i] = face;
     seeds[mark(i)] = 1u;

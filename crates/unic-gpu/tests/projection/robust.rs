@@ -24,6 +24,12 @@ fn robust(corrects: Corrects) -> IntersectionMode {
     }
 }
 
+/// Number of inputs that differ by rounding errors.
+const ROUNDINGS: usize = 16;
+
+/// Difference of positions that a device's arithmetic explains, metres.
+const ROUNDING_M: f32 = 2e-6;
+
 /// Largest share of vertices that rounding errors may move far, those around them included.
 const MAX_UNDECIDED_SHARE: f32 = 5e-3;
 
@@ -38,8 +44,8 @@ struct Pushes {
     smoothed: usize,
 }
 
-/// Shown garment of a device's robust handling, whose parts are the CPU's: each vertex is pushed by
-/// itself, edges are brought back towards their limits, hinges smooth the moves, and vertices near the
+/// Shown garment of a device's robust handling, whose parts are the CPU's: vertices are pushed one by
+/// one, edges are brought back towards their limits, hinges smooth the moves, and vertices near the
 /// body and those that the sweeps have moved far are pushed again, to a share of the margin.
 fn shown(model: &Model, pose: &Pose, handling: &Handling, positions: &mut [Vec3]) -> Pushes {
     let Handling::Robust(rule, body) = handling else {
@@ -179,7 +185,7 @@ fn run_robust(model: &Arc<Model>) -> Option<(usize, Pushes)> {
         let errors_m: Vec<f32> = errors_m.collect();
         // Of two ways out of the body that are equally long, rounding decides for one.
         if errors_m.iter().any(|&error_m| error_m >= TOLERANCE) {
-            let spread_m = common::rounding_spread(&predicted, &expected, |p| {
+            let spread_m = spread(&predicted, &expected, |p| {
                 _ = shown(model, &poses[t], &handling, p)
             });
             for (v, (&error_m, &spread_m)) in errors_m.iter().zip(&spread_m).enumerate() {
@@ -195,6 +201,26 @@ fn run_robust(model: &Arc<Model>) -> Option<(usize, Pushes)> {
     let share = undecided as f32 / (FRAMES * cpu.garment().positions.len()) as f32;
     assert!(share <= MAX_UNDECIDED_SHARE, "{share}");
     Some((still, pushes))
+}
+
+/// Returns how far each shown vertex moves when the input moves by rounding errors, metres. Rounding
+/// decides between two equally long ways.
+fn spread(predicted: &[Vec3], expected: &[Vec3], shown: impl Fn(&mut [Vec3])) -> Vec<f32> {
+    let mut spread_m = vec![0f32; predicted.len()];
+    for k in 0..ROUNDINGS {
+        let direction = |v: usize| {
+            let angle = (977 * k + v) as f32;
+            let direction = Vec3::new(angle.sin(), (1.7 * angle).sin(), (2.3 * angle).sin());
+            direction.normalize_or_zero()
+        };
+        let moved = predicted.iter().enumerate();
+        let mut moved: Vec<Vec3> = moved.map(|(v, p)| *p + direction(v) * ROUNDING_M).collect();
+        shown(&mut moved);
+        for ((spread_m, a), b) in spread_m.iter_mut().zip(&moved).zip(expected) {
+            *spread_m = spread_m.max(a.distance(*b));
+        }
+    }
+    spread_m
 }
 
 /// Uses eight storage buffers a kernel.

@@ -1,11 +1,16 @@
 //! Pushes that keep the order of cloth that lies over one place of the body.
 
-use super::{CHUNK, Contact, RobustBody, RobustIntersection};
+use super::{CHUNK, Contact, LIMB_RADIUS_M, RobustBody, RobustIntersection};
 use crate::{
+    mesh::TriMesh,
     parallel::for_each_chunk,
     surface::{Surface, SurfacePoint},
+    topology::edges,
 };
 use glam::Vec3;
+
+/// Length of a garment's edges by that of the body's below which its layers keep their order.
+const FINE_SHARE: f32 = 2.0 / 3.0;
 
 /// Depth below which cloth is not raised, metres.
 const LEAST_DEPTH_M: f32 = 1e-4;
@@ -14,6 +19,25 @@ const LEAST_DEPTH_M: f32 = 1e-4;
 /// share falls to zero, so that at an edge it does not matter which of the two faces is nearest.
 const FULL_WEIGHT: f32 = 0.1;
 
+/// Returns whether layers of a garment keep their order when they are pushed out of a body, given
+/// both meshes at rest: its edges are on average shorter than two thirds of the body's.
+///
+/// A place of the body is as large as its faces. Over a face a coarser garment has one layer alone,
+/// whose vertices would raise each other.
+pub fn keeps_layers_in_order(garment: &TriMesh, body: &TriMesh) -> bool {
+    mean_edge_m(garment) < FINE_SHARE * mean_edge_m(body)
+}
+
+/// Returns the mean length of the edges of a mesh, metres; NaN without edges.
+fn mean_edge_m(mesh: &TriMesh) -> f32 {
+    let lengths = edges(&mesh.faces).into_iter().map(|ends| {
+        let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
+        f64::from(a.distance(b))
+    });
+    let (count, sum) = lengths.fold((0, 0.0), |(count, sum), length| (count + 1, sum + length));
+    (sum / f64::from(count)) as f32
+}
+
 /// Depths of cloth below the margin, by place of the body.
 ///
 /// Vertices are pushed to the margin one by one. Layers of a pleat that are inside a thigh would
@@ -21,7 +45,8 @@ const FULL_WEIGHT: f32 = 0.1;
 /// there. Heights from one depth below the margin to one above it become heights from the margin to
 /// one depth above it: the deepest layer comes to the margin, and the others stay above it.
 ///
-/// What a vertex is drawn towards its skinned position counts as well.
+/// A vertex that was drawn towards its skinned position counts with its depth before that. In a fold
+/// of the body nothing is pushed, so there is no depth.
 #[derive(Clone, Debug)]
 pub(super) struct Depths {
     /// Depth of the cloth next to each welded body vertex, metres.
@@ -41,13 +66,13 @@ impl Depths {
     }
 
     /// Forgets the depths before retraction.
-    pub(super) fn clear(&mut self) {
+    pub(super) fn clear_retractions(&mut self) {
         self.before_retraction.fill(0.0);
     }
 
     /// Stores the depth of a slot that is drawn towards its skinned position, metres.
-    pub(super) fn retract(&mut self, slot: usize, depth_m: f32) {
-        self.before_retraction[slot] = depth_m;
+    pub(super) fn store_retraction(&mut self, slot: usize, depth_m: f32) {
+        self.before_retraction[slot] = depth_m.max(0.0);
     }
 
     /// Moves the corrected positions of cloth that lies over a depth. Positions are by slot, metres.
@@ -59,14 +84,14 @@ impl Depths {
         at: &[Vec3],
         contacts: &mut [Contact],
     ) {
-        let greatest_m = self.find(rule.margin_m, body, at, contacts);
+        let greatest_m = self.find_depths(rule.margin_m, body, at, contacts);
         if greatest_m < LEAST_DEPTH_M {
             return;
         }
         let max_height_m = rule.margin_m + greatest_m;
         for_each_chunk(contacts, CHUNK, |first, contacts| {
             let slots = (first..).zip(contacts);
-            // A height is a lower bound, so what it says is too high is too high.
+            // Heights are lower bounds: a vertex with a greater one is too high.
             for (slot, contact) in slots.filter(|(_, contact)| contact.height_m < max_height_m) {
                 if let Some(cloth) = self.cloth(body, slot, at[slot], contact) {
                     contact.face = cloth.hit.face;
@@ -77,18 +102,22 @@ impl Depths {
     }
 
     /// Returns the cloth of a slot at a position, metres; none where it lies over no depth.
-    fn cloth(&self, body: &RobustBody, slot: usize, at: Vec3, contact: &Contact) -> Option<Cloth> {
+    fn cloth(&self, body: &RobustBody, slot: usize, at: Vec3, contact: &Contact) -> Option<VertexOverDepth> {
         let retracted_m = self.before_retraction[slot];
         let place = place(at, contact, retracted_m);
         let mut hit = body.surface().point_on(contact.face, place)?;
         let is_free = contact.corrected.is_none() && retracted_m == 0.0;
-        if is_free && hit.signed_distance != contact.height_m {
-            // The height is a lower bound, and the face is only near the closest one.
-            let vertex = body.contact_filter().garment_packets().vertices()[slot];
-            hit = body.closest(vertex as usize, at, contact.face)?;
+        let filter = body.contact_filter();
+        let vertex = filter.garment_packets().vertices()[slot] as usize;
+        // Of a vertex well above the body the height is a lower bound, and the face only near the
+        // closest one that may push it.
+        let is_closest =
+            hit.signed_distance == contact.height_m && filter.face_may_push(contact.face, vertex);
+        if is_free && !is_closest {
+            hit = body.closest(vertex, at, contact.face)?;
         }
         let depths_m = self.at_corners(body.surface(), hit.face);
-        (depths_m.max_element() >= LEAST_DEPTH_M).then(|| Cloth {
+        (depths_m.max_element() >= LEAST_DEPTH_M).then(|| VertexOverDepth {
             at,
             place,
             depth_m: depths_m.dot(hit.barycentric),
@@ -106,7 +135,13 @@ impl Depths {
     }
 
     /// Finds the depth of each place of the body. Returns the greatest, metres.
-    fn find(&mut self, margin_m: f32, body: &RobustBody, at: &[Vec3], contacts: &mut [Contact]) -> f32 {
+    fn find_depths(
+        &mut self,
+        margin_m: f32,
+        body: &RobustBody,
+        at: &[Vec3],
+        contacts: &mut [Contact],
+    ) -> f32 {
         self.by_body_vertex.fill(0.0);
         let surface = body.surface();
         let vertices = body.contact_filter().garment_packets().vertices();
@@ -134,6 +169,8 @@ impl Depths {
                 }
                 _ => retracted_m,
             };
+            // What is deeper is on the wrong side of a limb, and says nothing about layers.
+            let depth_m = depth_m.min(LIMB_RADIUS_M);
             greatest_m = greatest_m.max(depth_m);
             for (&corner, weight) in corners.iter().zip(hit.barycentric.to_array()) {
                 let depth = &mut self.by_body_vertex[corner as usize];
@@ -153,7 +190,7 @@ fn place(at: Vec3, contact: &Contact, retracted_m: f32) -> Vec3 {
 }
 
 /// Vertex of cloth over a depth.
-struct Cloth {
+struct VertexOverDepth {
     /// Position before its push, metres.
     at: Vec3,
     /// Place whose depth counts, metres.
@@ -166,7 +203,7 @@ struct Cloth {
     retracted_m: f32,
 }
 
-impl Cloth {
+impl VertexOverDepth {
     /// Returns the height over the margin to which cloth at a height over it is raised, metres.
     fn raised_m(&self, height_m: f32) -> f32 {
         (0.5 * (height_m + self.depth_m)).max(0.0)
@@ -176,7 +213,7 @@ impl Cloth {
 impl RobustIntersection {
     /// Returns the corrected position of cloth, metres, given that of its push alone. None where it
     /// stays.
-    fn raise(self, cloth: &Cloth, pushed: Option<Vec3>) -> Option<Vec3> {
+    fn raise(self, cloth: &VertexOverDepth, pushed: Option<Vec3>) -> Option<Vec3> {
         let over_body = |raised_m: f32| {
             let margin_m = self.margin_m + raised_m;
             Self { margin_m }.push_out(&cloth.hit, cloth.place)
@@ -185,6 +222,10 @@ impl RobustIntersection {
             return over_body(cloth.raised_m(-cloth.retracted_m)).or(pushed);
         }
         if let Some(pushed) = pushed {
+            if cloth.hit.signed_distance >= self.margin_m {
+                // The vertex sinks towards a part that may push it.
+                return Some(pushed);
+            }
             let push = pushed - cloth.at;
             return Some(pushed + push.normalize_or_zero() * cloth.raised_m(-push.length()));
         }

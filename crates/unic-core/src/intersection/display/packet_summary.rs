@@ -15,7 +15,7 @@ pub(super) struct PacketSummary {
 
 impl PacketSummary {
     /// Summarises the contacts of a packet, and stores the height of each vertex after its
-    /// correction, metres. A corrected vertex is at the margin.
+    /// correction, metres. A corrected vertex is at the margin or above it.
     pub(super) fn new(contacts: &[Contact], margin_m: f32, heights: &mut [f32]) -> Self {
         let mut summary = Self {
             min_height_m: f32::INFINITY,

@@ -22,13 +22,16 @@ impl DisplayPass {
             body.contact_filter().garment_packets().vertices(),
         );
         let moved = self.at.iter_mut().zip(vertices).zip(retracted).enumerate();
-        for (slot, ((at, &vertex), retracted)) in moved.filter(|(_, (_, retracted))| retracted.is_finite()) {
+        let moved = moved.filter(|(_, (_, retracted))| retracted.is_finite());
+        for (slot, ((at, &vertex), retracted)) in moved {
             // Empty slots have no vertex.
             if let Some(position) = positions.get_mut(vertex as usize) {
                 (*at, *position) = (*retracted, *retracted);
                 self.has_retracted = true;
-                self.depths
-                    .retract(slot, self.rule.margin_m - self.contacts[slot].height_m);
+                if let Some(depths) = &mut self.depths {
+                    let height_m = self.contacts[self.neighbours.welded_slot(slot)].height_m;
+                    depths.store_retraction(slot, self.rule.margin_m - height_m);
+                }
             }
         }
         let has_moved = |packet: usize| {
