@@ -105,7 +105,7 @@ impl Surface {
     }
 
     /// Returns whether the segment between two points, metres, passes through any face that
-    /// `accepts` names. Degenerate faces and faces that it runs along are never passed through. A
+    /// `accepts` names, or ends on one. Degenerate faces and faces that it runs along do not count. A
     /// segment whose ends are not finite passes through none.
     pub fn is_crossed(&self, [from, to]: [Vec3; 2], accepts: impl Fn(u32) -> bool) -> bool {
         if !(from.is_finite() && to.is_finite()) {
