@@ -9,7 +9,8 @@
 //!
 //! A [`DisplayPass`] corrects positions before they are shown. It sees all vertices at once, and so
 //! finds faces that the body pokes through. It draws cloth deep inside a limb towards its skinned
-//! shape, and [keeps its layers in order](keeps_layers_in_order). [`GarmentHandling`] handles a garment with both.
+//! shape, and [keeps its layers in order](keeps_layers_in_order). [`GarmentHandling`] handles a
+//! garment with both.
 //!
 //! ```
 //! use unic_core::{config::{Corrects, IntersectionMode}, intersection::Handling};

@@ -214,10 +214,8 @@ fn compare_robust_handling(context: &GpuContext, model: &Arc<Model>) -> usize {
         let found = gpu.read_back().unwrap().positions;
         let skinned = common::skinned_garment(model, input.pose);
         let predicted = cpu.garment().positions.to_vec();
-        let correct =
-            |positions: &mut [Vec3]| common::correct_each(model, input.pose, (*rule, posed), positions);
         let mut expected = predicted.clone();
-        correct(&mut expected);
+        common::correct_each(model, input.pose, (*rule, posed), &mut expected);
         for (vertex, (&p, &corrected)) in predicted.iter().zip(&expected).enumerate() {
             let (mut seed, mut seed_of_shown) = (Handling::NO_SEED, Handling::NO_SEED);
             let nearest = rule.correct(posed, vertex, p, &mut seed).unwrap_or(p);

@@ -43,9 +43,8 @@ const CHUNK: usize = 1024;
 /// Pass over all shown positions of a garment: it corrects vertices, lifts faces that the body
 /// comes through, and spreads the corrections over the garment, so that a push leaves neither dent
 /// nor spike. Vertices deep inside the body are drawn towards their skinned positions before, each
-/// by itself. Layers of a pleat that are inside the body [keep their
-/// order](keeps_layers_in_order). Where neighbours are on
-/// opposite sides of a limb afterwards, the tear between them is closed.
+/// by itself. Layers of a pleat that are inside the body [keep their order](keeps_layers_in_order).
+/// Where neighbours are on opposite sides of a limb afterwards, the tear between them is closed.
 ///
 /// Positions farther than [`REACH_EDGES`](Self::REACH_EDGES) edges from any correction keep their
 /// bits, but those deep inside and those around tears.

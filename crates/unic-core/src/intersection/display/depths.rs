@@ -151,17 +151,16 @@ impl Depths {
             if contact.corrected.is_none() && retracted_m == 0.0 {
                 continue;
             }
-            if retracted_m > 0.0 {
+            let place = place(*at, contact, retracted_m);
+            let hit = match retracted_m > 0.0 {
                 // Its push may have led it elsewhere on the body.
-                let at = place(*at, contact, retracted_m);
-                let nearest = body.closest(vertices[slot] as usize, at, contact.face);
-                contact.face = nearest.map_or(contact.face, |hit| hit.face);
-            }
-            let corners = surface.welded_faces().get(contact.face as usize);
-            let hit = surface.point_on(contact.face, place(*at, contact, retracted_m));
-            let Some((corners, hit)) = corners.zip(hit) else {
+                true => body.closest(vertices[slot] as usize, place, contact.face),
+                false => surface.point_on(contact.face, place),
+            };
+            let Some(hit) = hit else {
                 continue;
             };
+            contact.face = hit.face;
             let depth_m = match contact.corrected {
                 // A vertex that sinks towards a part that may push it is not inside that part.
                 Some(pushed) if retracted_m == 0.0 => {
@@ -172,7 +171,8 @@ impl Depths {
             // What is deeper is on the wrong side of a limb, and says nothing about layers.
             let depth_m = depth_m.min(LIMB_RADIUS_M);
             greatest_m = greatest_m.max(depth_m);
-            for (&corner, weight) in corners.iter().zip(hit.barycentric.to_array()) {
+            let corners = surface.welded_faces()[hit.face as usize];
+            for (corner, weight) in corners.into_iter().zip(hit.barycentric.to_array()) {
                 let depth = &mut self.by_body_vertex[corner as usize];
                 *depth = depth.max(depth_m * (weight / FULL_WEIGHT).min(1.0));
             }
