@@ -503,7 +503,8 @@ typedef struct UnicOptions {
   uint32_t intersection;
   /**
    * Distance that intersection handling keeps, in metres whatever the unit. 0, the default: the
-   * usual one, 0.003 for the robust rules and 0.005 for the paper's.
+   * usual one, 0.003 for the robust rules and 0.005 for the paper's. Where a strain projection
+   * sweeps the garment after the handling, vertices keep at least half of it.
    */
   float intersection_distance_m;
   /**

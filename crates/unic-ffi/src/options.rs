@@ -115,7 +115,8 @@ pub struct UnicOptions {
     /// A UnicIntersection.
     pub intersection: u32,
     /// Distance that intersection handling keeps, in metres whatever the unit. 0, the default: the
-    /// usual one, 0.003 for the robust rules and 0.005 for the paper's.
+    /// usual one, 0.003 for the robust rules and 0.005 for the paper's. Where a strain projection
+    /// sweeps the garment after the handling, vertices keep at least half of it.
     pub intersection_distance_m: f32,
     /// A UnicAxes.
     pub axes: u32,
