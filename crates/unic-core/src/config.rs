@@ -45,6 +45,11 @@ pub struct ProjectionConfig {
     /// Share of the bending of an offset, or of a move by intersection handling, that a sweep over the
     /// hinges removes, 0 to 1. Free edges and coarse levels lose half of theirs whatever it is.
     pub bending: f32,
+    /// Least distance of vertices along the smoothed cloth, in mean edge lengths at rest, that pushes
+    /// restore, see [`projection::order`](crate::projection::order). No pushes where it is 0, as in
+    /// files that were written before there were any.
+    #[serde(default)]
+    pub order: f32,
     /// Time constant of an offset's return to the prediction, seconds.
     pub pull_s: f32,
     /// Time constant of an offset's velocity, seconds.
@@ -61,6 +66,7 @@ impl Default for ProjectionConfig {
             sweeps: 12,
             bending_sweeps: 6,
             bending: 0.6,
+            order: 0.0,
             pull_s: 0.2,
             carry_s: 0.3,
             radius_m: 0.08,
@@ -88,6 +94,12 @@ impl ProjectionConfig {
         sweeps("projection.bending_sweeps", self.bending_sweeps)?;
         let (what, share) = ("projection.bending", self.bending);
         check(what, "0 to 1", share, (0.0..=1.0).contains(&share))?;
+        check(
+            "projection.order",
+            "0 to 1",
+            self.order,
+            (0.0..=1.0).contains(&self.order),
+        )?;
         let positive = |what, value: f32| check(what, "above 0", value, value > 0.0 && value.is_finite());
         positive("projection.pull_s", self.pull_s)?;
         positive("projection.carry_s", self.carry_s)?;

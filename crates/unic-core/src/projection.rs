@@ -21,7 +21,8 @@
 //! 3. A few Gauss-Seidel sweeps over the edges bring each length into its limits (position-based
 //!    dynamics, Müller et al. 2007). Sweeps over hinges between them smooth the offset by the
 //!    quadratic bending energy of Bergou et al. 2006. Free edges, which have no hinges, are smoothed
-//!    by their third differences.
+//!    by their third differences. Between the last sweeps, pushes keep folds from passing through
+//!    themselves ([`order`]).
 //! 4. What is left is the offset of this tick.
 //!
 //! The prediction itself is not changed: it continues as if there were no projection.
@@ -29,6 +30,8 @@
 mod constraints;
 mod freedom;
 mod levels;
+pub mod order;
+mod smoothed;
 mod stencil;
 mod sweep;
 #[cfg(test)]
@@ -46,19 +49,21 @@ use crate::{
 use constraints::{Constraints, Sweeps};
 use glam::{Vec3, Vec3A};
 use levels::{LevelScratch, LevelTopology};
+use order::{ORDER_PASSES, OrderScratch, SheetOrder};
 use stencil::bending_stencils;
 use sweep::PART;
 use thiserror::Error;
 
 pub use freedom::Freedom;
 pub use levels::{Level, LevelSmoothing, Levels};
+pub use smoothed::{AVERAGES, SmoothedShape};
 pub use sweep::{Edge, LEAST_LENGTH, Stencil};
 
 /// Sweeps of a start without a previous tick, for each sweep of a later tick.
 pub const START_ROUNDS: usize = 4;
 
 /// Rounds of relaxation after intersection handling. Each round has [`RELAX_SWEEPS`] sweeps over the
-/// edges. One sweep over hinges and free edges follows the first of them, unless the projection has
+/// edges, after pushes into the [`order`] of the cloth. One sweep over hinges and free edges follows the first of them, unless the projection has
 /// none. Then vertices move above their planes.
 pub const RELAX_ROUNDS: usize = 3;
 
@@ -117,6 +122,7 @@ pub struct StrainProjection {
     freedom: Freedom,
     constraints: Constraints,
     levels: Option<Levels>,
+    order: Option<SheetOrder>,
 }
 
 /// Time and place of a tick of the projection.
@@ -172,6 +178,7 @@ pub(crate) struct ProjectionScratch {
     /// Projected positions relative to the tick's origin, metres.
     projected: Vec<Vec3A>,
     levels: LevelScratch,
+    order: OrderScratch,
 }
 
 impl ProjectionScratch {
@@ -215,8 +222,12 @@ impl StrainProjection {
         let stencils = stencils.iter().map(|s| Stencil::new(s, &freedom));
         let limits_of_chords = &limits[ends.len()..];
         let levels = levels.map(|topology| Levels::new(topology, rest, &config, &freedom, limits_of_chords));
+        let gap_m = config.order * mean_length(rest, &ends);
+        let order = levels.as_ref().filter(|_| gap_m > 0.0);
+        let order = order.and_then(|levels| SheetOrder::new(gap_m, rest, &first_at_place, levels));
         Ok(Self {
             levels,
+            order,
             constraints: Constraints::new(packed.collect(), stencils.collect(), count),
             config,
             limits,
@@ -238,6 +249,11 @@ impl StrainProjection {
     /// Coarse levels, which are solved before the edges.
     pub fn levels(&self) -> Option<&Levels> {
         self.levels.as_ref()
+    }
+
+    /// Order that the cloth keeps; none where the settings have none, and without levels.
+    pub fn order(&self) -> Option<&SheetOrder> {
+        self.order.as_ref()
     }
 
     /// First vertex at the rest place of each vertex, which is the vertex itself away from seams.
@@ -277,6 +293,7 @@ impl StrainProjection {
             smoothed_from: relative,
             projected,
             levels,
+            order,
         } = scratch;
         relative.resize(predicted.len(), Vec3A::ZERO);
         projected.resize(predicted.len(), Vec3A::ZERO);
@@ -294,7 +311,7 @@ impl StrainProjection {
                 }
             },
         );
-        self.solve(tick.memory, relative, projected, levels);
+        self.solve(tick.memory, relative, projected, (levels, order));
         let (relative, projected) = (&*relative, &*projected);
         for_each_chunk(offsets, PART, |start, offsets| {
             for (vertex, offset) in (start..).zip(offsets) {
@@ -329,16 +346,19 @@ impl StrainProjection {
     ///
     /// One sweep over hinges and free edges, unless `bending_sweeps` is 0, follows the first sweep of
     /// each round. It smooths the moves from the positions that [`ProjectionScratch::keep_uncorrected`]
-    /// has kept in this tick. Without it the cloth beside a push crumples.
+    /// has kept in this tick. Without it the cloth beside a push crumples. `order_share` scales the
+    /// pushes into the order of the cloth, 0 to 1.
     pub(crate) fn relax(
         &self,
         planes: &[ContactPlane],
+        order_share: f32,
         positions: &mut [Vec3],
         scratch: &mut ProjectionScratch,
     ) {
         let ProjectionScratch {
             smoothed_from: uncorrected,
             projected: relaxed,
+            order: pairs,
             ..
         } = scratch;
         relaxed.clear();
@@ -348,7 +368,11 @@ impl StrainProjection {
             edges: RELAX_SWEEPS,
             smoothed: self.config.hinge_sweeps().min(1),
         };
+        let order = self.found_order(relaxed, pairs);
         for _ in 0..RELAX_ROUNDS {
+            if let Some(order) = order {
+                order.push(order_share, &self.freedom, pairs, relaxed);
+            }
             (self.constraints).sweep(sweeps, &self.freedom, uncorrected, relaxed);
             for (p, plane) in relaxed.iter_mut().zip(planes) {
                 *p = plane.closest((*p).into()).into();
@@ -366,7 +390,7 @@ impl StrainProjection {
         memory: Memory,
         predicted: &[Vec3A],
         projected: &mut [Vec3A],
-        scratch: &mut LevelScratch,
+        (scratch, pairs): (&mut LevelScratch, &mut OrderScratch),
     ) {
         let rounds = match memory {
             Memory::None => START_ROUNDS,
@@ -375,10 +399,42 @@ impl StrainProjection {
         if let Some(levels) = &self.levels {
             levels.solve(rounds, &self.freedom, scratch, projected);
         }
-        let sweeps = Sweeps {
-            edges: rounds * self.config.sweeps,
-            smoothed: rounds * self.config.hinge_sweeps(),
+        let smoothed = rounds * self.config.hinge_sweeps();
+        let of_edges = |edges| Sweeps { edges, smoothed: 0 };
+        let sweep = |sweeps, positions: &mut [Vec3A]| {
+            (self.constraints).sweep(sweeps, &self.freedom, predicted, positions);
         };
-        (self.constraints).sweep(sweeps, &self.freedom, predicted, projected);
+        sweep(
+            Sweeps {
+                edges: smoothed,
+                smoothed,
+            },
+            projected,
+        );
+        let left = rounds * self.config.sweeps - smoothed;
+        let Some(order) = self.found_order(projected, pairs) else {
+            return sweep(of_edges(left), projected);
+        };
+        for edges in between_pushes(left) {
+            order.push(1.0, &self.freedom, pairs, projected);
+            sweep(of_edges(edges), projected);
+        }
     }
+
+    /// Finds the pairs of vertices that may have to be pushed into their order; none without one.
+    fn found_order(&self, positions: &[Vec3A], pairs: &mut OrderScratch) -> Option<&SheetOrder> {
+        let (order, levels) = (self.order.as_ref()?, self.levels.as_ref()?);
+        order.find(levels, positions, pairs);
+        Some(order)
+    }
+}
+
+/// Splits sweeps over the edges into those after each of the [`ORDER_PASSES`].
+pub fn between_pushes(sweeps: usize) -> [usize; ORDER_PASSES] {
+    std::array::from_fn(|i| sweeps * (i + 1) / ORDER_PASSES - sweeps * i / ORDER_PASSES)
+}
+
+fn mean_length(rest: &TriMesh, ends: &[[u32; 2]]) -> f32 {
+    let length = |&[a, b]: &[u32; 2]| rest.vertices[a as usize].distance(rest.vertices[b as usize]);
+    ends.iter().map(length).sum::<f32>() / ends.len().max(1) as f32
 }

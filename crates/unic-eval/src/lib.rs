@@ -82,7 +82,7 @@ pub use handled::{HandledPredictor, IntersectionHandler};
 pub use kinematics::{ClipKinematics, PreparedClip};
 pub use life::{
     BandMetrics, BendingRatio, ControlError, ControlPredictor, JudgeReport, Liveliness, LivingMeasure,
-    WrinkleFilter,
+    SelfCrossingShares, WrinkleFilter,
 };
 pub use measure::{FrameContext, MeasureScratch, Nearest, Prediction};
 pub use metrics::{ClipMetrics, FrameSums, Metrics, PooledMetrics};

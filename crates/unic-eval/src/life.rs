@@ -33,6 +33,7 @@ pub use control::{ControlError, ControlPredictor};
 pub use judge::JudgeReport;
 pub(crate) use judge::{ClipWindows, judge};
 pub use living::{Liveliness, LivingMeasure};
+pub use self_crossings::SelfCrossingShares;
 pub(crate) use sums::LifeSums;
 pub use wrinkle_filter::WrinkleFilter;
 

@@ -1,11 +1,13 @@
 //! Strain projection on the device: offsets that bring the garment's edges into their limits.
 
 mod levels;
+mod order;
 mod packed;
 mod plan;
 mod sweep;
 
 pub(crate) use levels::SAMPLE_START_BYTES;
+pub(crate) use order::{FOUND_BYTES, buckets};
 pub(crate) use sweep::BEND_BYTES;
 
 use crate::{
@@ -14,11 +16,12 @@ use crate::{
     kernel::{Dispatch, GROUP, Kernel, Source},
 };
 use levels::Levels;
+use order::{Order, Pushes};
 use packed::Constraints;
 use sweep::{Positions, Sweep};
 use unic_core::{
     Model,
-    projection::{RELAX_ROUNDS, RELAX_SWEEPS, START_ROUNDS, StrainProjection},
+    projection::{RELAX_ROUNDS, RELAX_SWEEPS, START_ROUNDS, StrainProjection, between_pushes},
 };
 use wgpu::Buffer;
 
@@ -36,6 +39,7 @@ pub(crate) struct Projection {
     /// Sweep over the edges alone.
     edges: Sweep,
     levels: Option<Levels>,
+    order: Option<Order>,
     kernels: Kernels,
 }
 
@@ -98,6 +102,7 @@ impl Projection {
             edges: sweep(Vec::new()),
             levels: (projection.levels())
                 .and_then(|levels| Levels::new(context, levels, projection.freedom(), rest)),
+            order: (projection.order()).map(|order| Order::new(context, projection, order, share)),
             kernels: Kernels::new(context, model, projection, share),
         }
     }
@@ -172,7 +177,11 @@ impl Projection {
         let mut positions = Positions::new(&buffers.projected);
         let load = [shown, (18, positions.now)];
         let mut dispatches = vec![self.for_vertices(&kernels.load_shown, &load)?];
+        dispatches.extend(self.find_order(buffers, positions.now)?);
         for _ in 0..RELAX_ROUNDS {
+            if let Some(order) = &self.order {
+                dispatches.push(order.push(buffers, &mut positions, Pushes::Fading)?);
+            }
             let hinge_sweeps = self.hinge_sweeps.min(1);
             dispatches.extend(self.sweep(buffers, &mut positions, RELAX_SWEEPS, hinge_sweeps)?);
             let planes = [(18, positions.now), (22, contacts.planes)];
@@ -201,8 +210,26 @@ impl Projection {
         };
         dispatches.extend(self.bending.measure_bends(&buffers.predicted, &buffers.bends)?);
         let (sweeps, hinge_sweeps) = (rounds * self.sweeps, rounds * self.hinge_sweeps);
-        dispatches.extend(self.sweep(buffers, positions, sweeps, hinge_sweeps)?);
+        let Some(order) = &self.order else {
+            dispatches.extend(self.sweep(buffers, positions, sweeps, hinge_sweeps)?);
+            return Ok(dispatches);
+        };
+        dispatches.extend(self.sweep(buffers, positions, hinge_sweeps, hinge_sweeps)?);
+        dispatches.extend(self.find_order(buffers, positions.now)?);
+        for sweeps in between_pushes(sweeps - hinge_sweeps) {
+            dispatches.push(order.push(buffers, positions, Pushes::Whole)?);
+            dispatches.extend(self.sweep(buffers, positions, sweeps, 0)?);
+        }
         Ok(dispatches)
+    }
+
+    /// Makes the dispatches that find which vertices may have to be pushed into their order; none without
+    /// one.
+    fn find_order(&self, buffers: &Buffers, positions: &Buffer) -> Result<Vec<Dispatch>, GpuError> {
+        match (&self.order, &self.levels) {
+            (Some(order), Some(levels)) => order.find(buffers, levels, positions),
+            _ => Ok(Vec::new()),
+        }
     }
 
     /// Makes the dispatches of sweeps over the edges, the first `hinge_sweeps` of which are each

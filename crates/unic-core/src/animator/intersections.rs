@@ -167,7 +167,13 @@ impl Animator {
             if let Some(projection) = &model.projection
                 && handling.contact_planes(&scratch.positions, &mut scratch.planes)
             {
-                projection.relax(&scratch.planes, &mut scratch.positions, &mut scratch.projection);
+                let order_share = state.start.added_share();
+                projection.relax(
+                    &scratch.planes,
+                    order_share,
+                    &mut scratch.positions,
+                    &mut scratch.projection,
+                );
                 handling.correct_again(&model.garment, colliders, &scratch.planes, &mut scratch.positions);
             }
         }

@@ -1,5 +1,6 @@
 //! Closed forms and invariances of the strain projection on a flat sheet.
 
+mod order;
 mod smoothing;
 
 use super::*;
@@ -523,7 +524,7 @@ fn moves_after_a_push(mesh: &TriMesh, config: ProjectionConfig, mask: &[f32], he
     };
     let mut scratch = ProjectionScratch::default();
     scratch.keep_uncorrected(&before);
-    projection.relax(&planes, &mut positions, &mut scratch);
+    projection.relax(&planes, 1.0, &mut positions, &mut scratch);
     positions.iter().zip(before).map(|(p, q)| *p - q).collect()
 }
 
@@ -580,7 +581,7 @@ fn edges_that_hinges_shorten_regain_their_lengths() {
         }
     };
     let mut positions: Vec<Vec3> = mesh.vertices.iter().map(folded).collect();
-    projection.relax(&[ContactPlane::NONE; 81], &mut positions, &mut scratch);
+    projection.relax(&[ContactPlane::NONE; 81], 1.0, &mut positions, &mut scratch);
     let strain = strain(&mesh, &positions);
     assert!(strain < 0.025, "{strain}");
 }

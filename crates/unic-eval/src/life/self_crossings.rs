@@ -2,7 +2,42 @@
 
 use super::welded::WeldedMesh;
 use glam::Vec3;
-use unic_core::{surface::Surface, topology::edges};
+use unic_core::{mesh::TriMesh, surface::Surface, topology::edges};
+
+/// Edges that pass through the garment in predictions and in the truth, over frames:
+/// `self_crossing_edges_percent` of the [metrics](crate::Metrics).
+#[derive(Clone, Debug)]
+pub struct SelfCrossingShares {
+    crossings: SelfCrossings,
+    /// Sums of the shares over frames: of predictions, and of the truth.
+    sums: [f64; 2],
+    frames: usize,
+}
+
+impl SelfCrossingShares {
+    /// Starts without frames, given the rest mesh of the garment.
+    pub fn new(rest: &TriMesh) -> Self {
+        Self {
+            crossings: SelfCrossings::new(&WeldedMesh::new(rest)),
+            sums: [0.0; 2],
+            frames: 0,
+        }
+    }
+
+    /// Adds a frame, given the positions of all garment vertices, metres.
+    pub fn add(&mut self, predicted: &[Vec3], truth: &[Vec3]) {
+        for (sum, positions) in self.sums.iter_mut().zip([predicted, truth]) {
+            *sum += self.crossings.share(positions);
+        }
+        self.frames += 1;
+    }
+
+    /// Returns the mean shares of the edges, 0 to 1: of predictions, and of the truth. They are NaN
+    /// without frames, and where a position was not finite.
+    pub fn shares(&self) -> [f64; 2] {
+        self.sums.map(|sum| sum / self.frames as f64)
+    }
+}
 
 /// Search for the edges of a garment that pass through its own faces. Work in parallel needs one each.
 #[derive(Clone, Debug)]
@@ -52,7 +87,6 @@ impl SelfCrossings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use unic_core::mesh::TriMesh;
 
     /// Two squares of one metre in the planes z = 0 and z = 1, of two faces each.
     fn squares() -> TriMesh {
@@ -77,6 +111,18 @@ mod tests {
         assert_eq!(crossings.share(&positions), 0.0);
         positions[5].x = f32::NAN;
         assert!(crossings.share(&positions).is_nan());
+    }
+
+    #[test]
+    fn shares_are_means_over_frames() {
+        let rest = squares();
+        let mut shares = SelfCrossingShares::new(&rest);
+        assert!(shares.shares().iter().all(|share| share.is_nan()));
+        let mut crossing = rest.vertices.clone();
+        crossing[5] = Vec3::new(0.7, 0.3, -0.1);
+        shares.add(&crossing, &rest.vertices);
+        shares.add(&rest.vertices, &rest.vertices);
+        assert_eq!(shares.shares(), [0.1, 0.0]);
     }
 
     #[test]

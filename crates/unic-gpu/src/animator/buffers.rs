@@ -3,7 +3,7 @@
 use crate::{
     GpuModel,
     mesh::SHOWN_BYTES,
-    projection::{BEND_BYTES, Projection, SAMPLE_START_BYTES},
+    projection::{BEND_BYTES, FOUND_BYTES, Projection, SAMPLE_START_BYTES, buckets},
 };
 use glam::{Vec3, Vec4};
 use unic_core::projection::StrainProjection;
@@ -41,6 +41,11 @@ pub(crate) struct Buffers {
     pub(crate) samples: [Buffer; 2],
     /// Where the samples started, see `levels.wgsl`.
     pub(crate) sample_starts: Buffer,
+    /// Where the vertices were before pushes into the order of the cloth, and the buckets of their cells,
+    /// see `order.wgsl`; empty without an order.
+    pub(crate) found: Buffer,
+    pub(crate) heads: Buffer,
+    pub(crate) before: Buffer,
     /// Inputs of the field for every vertex.
     pub(crate) inputs: Buffer,
     /// Shown positions and normals.
@@ -59,6 +64,8 @@ impl Buffers {
         let projected = model.projection().map_or(0, |_| vertices);
         let levels = model.projection().and_then(StrainProjection::levels);
         let samples = levels.map_or(0, |levels| levels.samples().len());
+        let order = model.projection().and_then(StrainProjection::order);
+        let (ordered, buckets) = order.map_or((0, 0), |order| (vertices, buckets(order)));
         let states = zeroed("states", STATE_BYTES * vertices);
         // Kernels keep the mask, so that it is uploaded once.
         let share = |vertex: usize| [Vec3::ZERO.extend(model.garment().share(vertex)); 2];
@@ -78,6 +85,9 @@ impl Buffers {
             bends: zeroed("bends", BEND_BYTES * bends),
             samples: pair("samples", POSITION_BYTES * samples),
             sample_starts: zeroed("sample starts", SAMPLE_START_BYTES * samples),
+            found: zeroed("found", FOUND_BYTES * ordered),
+            heads: zeroed("heads", 4 * buckets),
+            before: zeroed("before", 4 * ordered),
             inputs: zeroed("inputs", 4 * inputs),
             shown: context.zeroed("garment", SHOWN_BYTES * vertices, BufferUsages::VERTEX),
         }

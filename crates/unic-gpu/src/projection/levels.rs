@@ -28,6 +28,8 @@ pub(crate) struct Levels {
     /// Sweeps of a level in a tick.
     sweeps: usize,
     sample_vertices: Buffer,
+    /// Rows of the finest level, those of all vertices.
+    vertex_rows: Buffer,
     levels: Vec<Level>,
     kernels: Kernels,
 }
@@ -101,11 +103,22 @@ impl Levels {
         Some(Self {
             samples: levels.samples().len(),
             vertices: rows.len(),
+            vertex_rows: last.rows.clone(),
             sweeps: levels.sweeps(),
             sample_vertices: context.upload("sample vertices", levels.samples()),
             levels: coarser.chain(std::iter::once(last)).collect(),
             kernels: Kernels::new(context),
         })
+    }
+
+    /// Vertices that are samples.
+    pub(super) fn sample_vertices(&self) -> &Buffer {
+        &self.sample_vertices
+    }
+
+    /// Interpolation of all vertices from the samples.
+    pub(super) fn vertex_rows(&self) -> &Buffer {
+        &self.vertex_rows
     }
 
     /// Number of sums in the buffer of bends.

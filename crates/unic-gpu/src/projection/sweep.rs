@@ -63,13 +63,18 @@ struct Kernels {
 pub(crate) struct Positions<'a> {
     /// Buffer with the current positions.
     pub(crate) now: &'a Buffer,
-    other: &'a Buffer,
+    pub(super) other: &'a Buffer,
 }
 
 impl<'a> Positions<'a> {
     /// Starts in the first of two buffers.
     pub(crate) fn new([now, other]: &'a [Buffer; 2]) -> Self {
         Self { now, other }
+    }
+
+    /// Makes the other buffer the one with the current positions.
+    pub(super) fn swap(&mut self) {
+        std::mem::swap(&mut self.now, &mut self.other);
     }
 }
 
@@ -179,7 +184,7 @@ impl Sweep {
             (7, bends),
         ];
         let dispatch = self.kernels.sweep.dispatch(&bindings, count)?;
-        std::mem::swap(&mut positions.now, &mut positions.other);
+        positions.swap();
         Ok(dispatch)
     }
 }

@@ -1,6 +1,7 @@
 //! Models with a strain projection.
 
 use crate::common;
+use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{
     Model,
@@ -39,6 +40,29 @@ pub(crate) fn masked_fine_model(variant: &str, radius: f32) -> Arc<Model> {
         .fold((f32::MAX, f32::MIN), |(low, high), y| (low.min(*y), high.max(*y)));
     let share = |y: &f32| ((y - low) / (high - low) * 3.0 - 1.0).clamp(0.0, 1.0);
     parts.garment.mask = Some(heights.iter().map(share).collect());
+    Arc::new(Model::new(parts).unwrap())
+}
+
+/// Fine model whose mean shape is in folds that narrow, with pushes into the order of the cloth.
+pub(crate) fn folded_model(order: f32) -> Arc<Model> {
+    let mut parts = fine_model("second order", 0.27).to_parts();
+    let rest = &parts.garment.rest.vertices;
+    // Waves along the tube whose flanks hang over by the height of their crests.
+    let shift = |p: &Vec3, mean: Vec3| {
+        let phase = 40.0 * p.y;
+        let outwards = Vec3::new(p.x, 0.0, p.z).normalize();
+        mean + outwards * (0.06 * phase.sin()) + Vec3::Y * (0.05 * (2.0 * phase).sin())
+    };
+    parts.prior.mean = rest
+        .iter()
+        .zip(&parts.prior.mean)
+        .map(|(p, m)| shift(p, *m))
+        .collect();
+    let mut config = parts.config.projection.clone().unwrap();
+    config.order = order;
+    let model = with_projection(parts);
+    let mut parts = model.to_parts();
+    parts.config.projection = Some(config);
     Arc::new(Model::new(parts).unwrap())
 }
 

@@ -24,6 +24,12 @@ fn robust(corrects: Corrects) -> IntersectionMode {
     }
 }
 
+/// Handling of the shown positions.
+pub(crate) const SHOWN: IntersectionMode = IntersectionMode::Robust {
+    margin_m: 0.003,
+    corrects: Corrects::Display,
+};
+
 /// Number of inputs that differ by rounding errors.
 const ROUNDINGS: usize = 16;
 

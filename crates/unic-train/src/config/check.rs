@@ -146,10 +146,11 @@ impl TrainConfig {
 
     fn check_projection(&self) -> Result<(), SettingsError> {
         let p = &self.projection;
-        let bending = "projection.bending";
-        ensure(bending, "one value or more", "none", !p.bending.is_empty())?;
-        for &share in &p.bending {
-            ensure(bending, "0 to 1", share, (0.0..=1.0).contains(&share))?;
+        for (what, values) in [("projection.bending", &p.bending), ("projection.order", &p.order)] {
+            ensure(what, "one value or more", "none", !values.is_empty())?;
+            for &value in values {
+                ensure(what, "0 to 1", value, (0.0..=1.0).contains(&value))?;
+            }
         }
         for (what, found) in [
             ("projection.coarse_sweeps", p.coarse_sweeps),

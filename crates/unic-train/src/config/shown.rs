@@ -23,6 +23,12 @@ pub struct ProjectionSettings {
     /// Shares of the bending that a sweep over the hinges may remove, 0 to 1. The one with which held-out
     /// motion bends as much as the truth is taken; the first one where nothing is held out.
     pub bending: Vec<f32>,
+    /// Least distances of vertices along the smoothed cloth, in mean edge lengths, 0 to 1, that pushes
+    /// may restore; 0 for no pushes. The one with which held-out motion passes through itself as much as
+    /// the truth is taken; the first one where nothing is held out. No pushes in settings that were saved
+    /// before there were any.
+    #[serde(default = "no_order")]
+    pub order: Vec<f32>,
     /// Time constant of an offset's return to the prediction, seconds.
     pub pull_s: f32,
     /// Time constant of an offset's velocity, seconds.
@@ -39,6 +45,7 @@ impl Default for ProjectionSettings {
             sweeps,
             bending_sweeps,
             bending,
+            order,
             pull_s,
             carry_s,
             radius_m,
@@ -50,6 +57,7 @@ impl Default for ProjectionSettings {
             sweeps,
             bending_sweeps,
             bending: vec![bending, 0.35, 1.0, 0.2, 0.1],
+            order: vec![order, 0.2, 0.35, 0.5],
             pull_s,
             carry_s,
             radius_m,
@@ -66,6 +74,7 @@ impl ProjectionSettings {
             bending_sweeps: self.bending_sweeps,
             // Settings without any are refused.
             bending: self.bending.first().copied().unwrap_or(f32::NAN),
+            order: self.order.first().copied().unwrap_or(f32::NAN),
             pull_s: self.pull_s,
             carry_s: self.carry_s,
             radius_m: self.radius_m,
@@ -100,6 +109,11 @@ impl Default for ReplaySettings {
             cost: 0.03,
         }
     }
+}
+
+/// Orders in settings that were saved before there were any.
+fn no_order() -> Vec<f32> {
+    vec![0.0]
 }
 
 /// Number of shapes in settings that were saved before it could be set.

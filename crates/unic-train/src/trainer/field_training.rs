@@ -187,8 +187,9 @@ impl FieldTraining {
         let capture = &self.data.capture;
         let (encoder, mut field) = model_layers(&self.shape, parameters);
         let mut config = self.data.config.clone();
-        if let (Some(projection), Some(bending)) = (&mut config.projection, chosen.bending) {
-            projection.bending = bending;
+        if let Some(projection) = &mut config.projection {
+            projection.bending = chosen.bending.unwrap_or(projection.bending);
+            projection.order = chosen.order.unwrap_or(projection.order);
         }
         let mut prior = self.data.prior.clone();
         chosen.scale_replay(&mut prior)?;

@@ -1,17 +1,18 @@
-//! Choices that motions left out make of the shown cloth: the bending of the strain projection and the
-//! factor of the replay.
+//! Choices that motions left out make of the shown cloth: bending and order of the strain projection,
+//! and the factor of the replay.
 
 use super::Trainer;
 use crate::{
     error::TrainError,
     field_data::Judge,
     validation::{
-        Chosen, FreeLife, Proceed, ValidationMotion, add_free_running_bending, go_on, true_liveliness,
+        Chosen, FreeCrossings, FreeLife, Proceed, ValidationMotion, add_free_running_bending, go_on,
+        true_liveliness,
     },
 };
 use std::{slice::from_ref, sync::Arc};
 use unic_core::model::{Model, ModelParts};
-use unic_eval::{BendingRatio, Liveliness, LivingMeasure, PreparedClip};
+use unic_eval::{BendingRatio, Liveliness, LivingMeasure, PreparedClip, SelfCrossingShares};
 
 /// Factors of the replay that are tried where its wrinkles are too calm, after 1.
 const LIVELIER: &[f32] = &[2.0, 4.0];
@@ -26,6 +27,12 @@ const MOST_FACTORS: usize = 1 + LIVELIER.len();
 /// dress crumple in a calm dance.
 const LEAST_JUDGED: usize = 5;
 
+/// Share of the excess of self-crossings that a larger order has to take away.
+const LEAST_GAIN: f64 = 0.1;
+
+/// Largest growth of the error by an order, as a share of the least one.
+const ORDER_COST: f64 = 0.01;
+
 /// Life and error of the cloth with a factor of the replay.
 #[derive(Clone, Copy, Debug)]
 struct Trial {
@@ -39,9 +46,24 @@ struct Trial {
 type See<'a> = dyn FnMut(&Arc<Model>, &PreparedClip, &mut Proceed) -> Result<(), TrainError> + 'a;
 
 impl Trainer {
-    /// Chooses bending and factor for a share of the field: the bending, the factor with it, then
-    /// the bending with the factor.
+    /// Chooses bending, factor and order for a share of the field.
     pub(super) fn choose_shown(
+        &self,
+        parameters: &[Vec<f32>],
+        field_share: f32,
+        proceed: &mut Proceed,
+    ) -> Result<Chosen, TrainError> {
+        let mut chosen = self.choose_wrinkles(parameters, field_share, proceed)?;
+        chosen.order = self.order(parameters, chosen, proceed)?;
+        // Pushes bend the cloth more.
+        if chosen.order.is_some_and(|order| order > 0.0) {
+            chosen.bending = self.bending(parameters, chosen, chosen.bending.unwrap_or(0.0), proceed)?;
+        }
+        Ok(chosen)
+    }
+
+    /// Chooses the bending, the factor with it, then the bending with the factor.
+    fn choose_wrinkles(
         &self,
         parameters: &[Vec<f32>],
         field_share: f32,
@@ -65,10 +87,10 @@ impl Trainer {
 
     /// Number of times that [`Trainer::choose_shown`] animates the judged clips at most.
     pub(super) fn shown_trials(&self) -> usize {
-        let bendings = self.bendings().len();
+        let (bendings, orders) = (self.bendings().len(), self.orders().len());
         match self.judges_replay() {
-            true => 2 * bendings + MOST_FACTORS,
-            false => bendings,
+            true => 3 * bendings + MOST_FACTORS + orders,
+            false => 2 * bendings + orders,
         }
     }
 
@@ -123,6 +145,46 @@ impl Trainer {
         }
         let found = best.map(|(_, bending)| bending).or(chosen.bending);
         Ok(found.or(self.bendings().first().copied()))
+    }
+
+    /// Chooses the order of the strain projection, if the model has one: that with which the cloth of the
+    /// judged clips passes through itself least beyond what the truth does, within the allowed cost of
+    /// accuracy.
+    fn order(
+        &self,
+        parameters: &[Vec<f32>],
+        chosen: Chosen,
+        proceed: &mut Proceed,
+    ) -> Result<Option<f32>, TrainError> {
+        let mut least_first: Vec<f32> = self.orders().to_vec();
+        least_first.sort_by(f32::total_cmp);
+        let crossings = SelfCrossingShares::new(&self.field.data.capture.garment.rest);
+        let (mut best, mut largest_rmse): (Option<(f64, f32)>, _) = (None, f64::INFINITY);
+        // A lone value needs no judgement.
+        for order in least_first.into_iter().filter(|_| self.orders().len() > 1) {
+            let chosen = Chosen {
+                order: Some(order),
+                ..chosen
+            };
+            let mut free = FreeCrossings::default();
+            self.each_judged(parameters, chosen, proceed, &mut |model, clip, proceed| {
+                free.add(crossings.clone(), model, clip, proceed)
+            })?;
+            let (excess, rmse) = (free.excess(), free.rmse());
+            if !excess.is_finite() || rmse > largest_rmse {
+                break;
+            }
+            if best.is_none_or(|(least, _)| excess < (1.0 - LEAST_GAIN) * least) {
+                best = Some((excess, order));
+            }
+            // Larger values can only cost more.
+            if excess == 0.0 {
+                break;
+            }
+            largest_rmse = largest_rmse.min(rmse * (1.0 + ORDER_COST));
+        }
+        let found = best.map(|(_, order)| order);
+        Ok(found.or(self.orders().first().copied()))
     }
 
     /// Chooses the factor of the replay, from the least of [`CALMER`] to the largest of [`LIVELIER`]:
@@ -229,6 +291,15 @@ impl Trainer {
             see(&Arc::new(model), clip, proceed)?;
         }
         Ok(())
+    }
+
+    /// Values of `projection.order` that [`Trainer::validation`] tries at most; none without a projection.
+    fn orders(&self) -> &[f32] {
+        let settings = &self.config().projection;
+        match settings.at_inference {
+            true => &settings.order,
+            false => &[],
+        }
     }
 
     /// Values of `projection.bending` that [`Trainer::validation`] tries at most; none without a

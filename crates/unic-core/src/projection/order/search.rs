@@ -1,0 +1,180 @@
+//! Search for the pairs of vertices that may have to push each other.
+
+use super::{APART, CELL, MOST_PAIRS, NEAR, OrderPlace, Pair, SLACK};
+use crate::{parallel::for_each_chunk, projection::sweep::PART};
+use glam::{IVec3, Vec3A};
+use std::ops::Range;
+
+/// Bits of each index of a cell in its key.
+const BITS: u32 = 21;
+
+/// Largest index of a cell, counted from that of the first vertex: its neighbours have keys, too.
+/// Vertices farther away are in the outermost cells.
+const FARTHEST: i32 = (1 << (BITS - 1)) - 2;
+
+/// Steps from a cell to the columns after it, whose vertices it is compared with: x and y. The vertices
+/// of each column are those of three cells, one above the other.
+const COLUMNS: [[i64; 2]; 4] = [[0, 1], [1, -1], [1, 0], [1, 1]];
+
+/// Buffers of the search.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SearchScratch {
+    /// Keys of cells with the vertices there, in ascending order.
+    keys: Vec<(u64, u32)>,
+    /// Positions and places on the smoothed shape in that order.
+    sorted: Vec<[Vec3A; 2]>,
+}
+
+/// Vertices in the order of their cells. Those of neighbouring cells in a column follow each other.
+pub(super) struct Search<'a> {
+    places: &'a [OrderPlace],
+    gap_m: f32,
+    keys: &'a [(u64, u32)],
+    sorted: &'a [[Vec3A; 2]],
+}
+
+impl<'a> Search<'a> {
+    /// Sorts the first vertices at their places, given the positions of all vertices and their places on
+    /// the smoothed shape.
+    pub(super) fn new(
+        places: &'a [OrderPlace],
+        gap_m: f32,
+        positions: &[Vec3A],
+        smoothed: &[Vec3A],
+        scratch: &'a mut SearchScratch,
+    ) -> Self {
+        let SearchScratch { keys, sorted } = scratch;
+        let size = CELL * NEAR * gap_m;
+        let cell_of = |p: &Vec3A| (*p / size).floor().as_ivec3();
+        let origin = positions.first().map_or(IVec3::ZERO, cell_of);
+        let firsts = (0..).zip(places).zip(positions);
+        let firsts = firsts.filter(|((_, place), _)| place.is_first);
+        keys.clear();
+        keys.extend(firsts.map(|((vertex, _), p)| (key(cell_of(p).saturating_sub(origin)), vertex)));
+        keys.sort_unstable();
+        let of_vertex = |&(_, vertex): &(u64, u32)| [positions, smoothed].map(|p| p[vertex as usize]);
+        sorted.clear();
+        sorted.extend(keys.iter().map(of_vertex));
+        Self {
+            places,
+            gap_m,
+            keys,
+            sorted,
+        }
+    }
+
+    /// Finds the pairs, part by part of the sorted vertices.
+    pub(super) fn find(&self, pairs: &mut Vec<Vec<Pair>>) {
+        let count = self.keys.len();
+        pairs.resize_with(count.div_ceil(PART), Vec::new);
+        for_each_chunk(pairs, 1, |part, pairs| {
+            for (part, pairs) in (part..).zip(pairs) {
+                self.find_of(part * PART..count.min((part + 1) * PART), pairs);
+            }
+        });
+    }
+
+    /// Finds the pairs of some of the sorted vertices with those after them: in their own cell and the
+    /// one above it, which follow them, and in the other [`COLUMNS`].
+    fn find_of(&self, vertices: Range<usize>, pairs: &mut Vec<Pair>) {
+        pairs.clear();
+        let most = MOST_PAIRS * vertices.len();
+        let first = vertices.start;
+        let mut columns = COLUMNS.map(|column| {
+            let [start, end] = column_of(self.keys[first].0, column);
+            [start, end].map(|key| self.keys.partition_point(|(k, _)| *k < key))
+        });
+        for vertex in vertices {
+            let key = self.keys[vertex].0;
+            let above = self.keys[vertex..]
+                .iter()
+                .take_while(|(k, _)| *k <= key + 1)
+                .count();
+            self.compare(vertex, vertex + 1..vertex + above, pairs);
+            for (column, range) in COLUMNS.iter().zip(&mut columns) {
+                let ends = column_of(key, *column);
+                // Keys ascend, and so do the ends of the ranges.
+                for (place, key) in range.iter_mut().zip(ends) {
+                    *place += self.keys[*place..].iter().take_while(|(k, _)| *k < key).count();
+                }
+                self.compare(vertex, range[0]..range[1], pairs);
+            }
+            if pairs.len() >= most {
+                return;
+            }
+        }
+    }
+
+    /// Compares a sorted vertex with others, and adds those that make a pair with it.
+    fn compare(&self, vertex: usize, others: Range<usize>, pairs: &mut Vec<Pair>) {
+        let [position, smoothed] = self.sorted[vertex];
+        let near = (NEAR * self.gap_m).powi(2);
+        let apart = (APART * self.gap_m).powi(2);
+        for other in others {
+            let between = self.sorted[other][0] - position;
+            if !(between.length_squared() < near) {
+                continue;
+            }
+            let on_shape = self.sorted[other][1] - smoothed;
+            let (squared, along) = (on_shape.length_squared(), between.dot(on_shape));
+            // Few pairs come so far that a root is taken.
+            let is_far = along > 0.0 && along * along > (SLACK * self.gap_m).powi(2) * squared;
+            if squared > apart && !is_far {
+                let ends = [vertex, other].map(|v| self.keys[v].1);
+                pairs.extend(self.pair(ends, between, on_shape));
+            }
+        }
+    }
+
+    /// Returns the pair of two vertices, if they are in order at rest: others lie in folds that are sewn
+    /// in, or on a part that smoothing turns.
+    fn pair(&self, ends: [u32; 2], between: Vec3A, on_shape: Vec3A) -> Option<Pair> {
+        let [a, b] = ends.map(|v| self.places[v as usize]);
+        let at_rest = b.smoothed - a.smoothed;
+        let rest = (b.position - a.position).dot(at_rest) / at_rest.length();
+        let length = on_shape.length();
+        let near = between.length_squared() / (NEAR * self.gap_m).powi(2);
+        let apart = length / (APART * self.gap_m);
+        // False for NaN, too.
+        (rest >= self.gap_m).then(|| Pair {
+            ends,
+            along: on_shape / length,
+            weight: (1.0 - near) * (2.0 * (apart - 1.0)).min(1.0),
+        })
+    }
+}
+
+/// Key of a cell. Keys ascend by x, then y, then z; that of the next z is the next number.
+fn key(cell: IVec3) -> u64 {
+    let cell = cell.clamp(IVec3::splat(-FARTHEST), IVec3::splat(FARTHEST));
+    let [x, y, z] = cell.to_array().map(|index| (index + FARTHEST + 1) as u64);
+    (x << (2 * BITS)) | (y << BITS) | z
+}
+
+/// Keys of the first cell of the three around a cell in another column, and of the one after the last.
+fn column_of(key: u64, [x, y]: [i64; 2]) -> [u64; 2] {
+    let middle = key.wrapping_add_signed((x << (2 * BITS)) + (y << BITS));
+    [middle - 1, middle + 2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_of_far_cells_have_neighbours() {
+        let far = IVec3::new(i32::MAX, i32::MIN, i32::MAX);
+        for cell in [far, -far, IVec3::ZERO] {
+            for column in COLUMNS {
+                let [start, end] = column_of(key(cell), column);
+                assert_eq!(end - start, 3);
+                let [x, y] = column.map(|step| step as i32);
+                let clamped = cell.clamp(IVec3::splat(-FARTHEST), IVec3::splat(FARTHEST));
+                let next = clamped + IVec3::new(x, y, 0);
+                if next.max_element() <= FARTHEST && next.min_element() >= -FARTHEST {
+                    assert_eq!(start + 1, key(next));
+                }
+            }
+        }
+    }
+}

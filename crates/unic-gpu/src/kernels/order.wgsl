@@ -1,0 +1,195 @@
+// Order of the cloth along its smoothed shape: vertices that are close to each other are pushed back
+// into the order that they have at rest. The kernels compute what `unic_core::projection::order` does,
+// whose comments give the reasons, and gather the pushes of each vertex.
+
+// Where a vertex is at rest, metres.
+struct Place {
+    // Position; 1 for the first vertex at it, else 0.
+    position: vec4<f32>,
+    // Place on the smoothed shape; freedom of the vertex.
+    smoothed: vec4<f32>,
+}
+
+// Where a vertex was before the pushes, metres.
+struct Found {
+    position: vec4<f32>,
+    // Place on the smoothed shape.
+    smoothed: vec4<f32>,
+}
+
+// Interpolation from samples.
+struct Row {
+    samples: array<u32, 8>,
+    weights: array<f32, 8>,
+}
+
+// Least distance along the smoothed shape, metres. The following four are in multiples of it.
+override GAP: f32;
+override NEAR: f32;
+override APART: f32;
+override SLACK: f32;
+override MOST_MISSING: f32;
+// Size of a cell, metres.
+override CELL_M: f32;
+// Factors of the indices of a cell.
+override FACTOR_X: i32;
+override FACTOR_Y: i32;
+override FACTOR_Z: i32;
+// Place in `vectors` of the share of a given displacement that is left.
+override SHARE: u32;
+// Whether pushes are scaled by 1 - share^2.
+override FADES: bool;
+
+// Parts of a least distance in the sums, which are integers: their order changes nothing. 32,000
+// pushes fit.
+const FINE = 16384.0;
+
+const NONE = 0xffffffffu;
+
+// Vectors of the frame.
+@group(0) @binding(0) var<storage, read> vectors: array<f32>;
+@group(0) @binding(1) var<storage, read> places: array<Place>;
+@group(0) @binding(2) var<storage, read_write> found: array<Found>;
+// Last vertex of each bucket while they fill, and afterwards.
+@group(0) @binding(3) var<storage, read_write> heads: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read> filled: array<u32>;
+// For each vertex the one before it in its bucket.
+@group(0) @binding(5) var<storage, read_write> before: array<u32>;
+// Positions of all vertices, metres: before a push, and after it.
+@group(0) @binding(6) var<storage, read_write> now: array<vec4<f32>>;
+@group(0) @binding(7) var<storage, read_write> after: array<vec4<f32>>;
+// Positions of the samples of the finest level, metres: before they are averaged, and after it.
+@group(0) @binding(8) var<storage, read_write> samples: array<vec4<f32>>;
+@group(0) @binding(9) var<storage, read_write> averaged: array<vec4<f32>>;
+// Vertices that are samples.
+@group(0) @binding(10) var<storage, read> vertices: array<u32>;
+// End of each sample's neighbours, and the neighbours.
+@group(0) @binding(11) var<storage, read> ends: array<u32>;
+@group(0) @binding(12) var<storage, read> neighbours: array<u32>;
+@group(0) @binding(13) var<storage, read> rows: array<Row>;
+
+// Reads the positions of the samples.
+@compute @workgroup_size(64)
+fn gather_smoothed(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (id.x < arrayLength(&vertices)) {
+        samples[id.x] = now[vertices[id.x]];
+    }
+}
+
+// Averages each sample with its neighbours.
+@compute @workgroup_size(64)
+fn average(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= arrayLength(&ends)) {
+        return;
+    }
+    var start = 0u;
+    if (i > 0u) {
+        start = ends[i - 1u];
+    }
+    let end = ends[i];
+    var sum = vec3<f32>();
+    for (var k = start; k < end; k++) {
+        sum += samples[neighbours[k]].xyz;
+    }
+    averaged[i] = vec4<f32>((samples[i].xyz + sum) / f32(1u + end - start), 0.0);
+}
+
+// Keeps where the vertices are, and empties the buckets.
+@compute @workgroup_size(64)
+fn keep_found(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i < arrayLength(&heads)) {
+        atomicStore(&heads[i], NONE);
+    }
+    if (i >= arrayLength(&rows)) {
+        return;
+    }
+    var smoothed = vec3<f32>();
+    for (var k = 0u; k < 8u; k++) {
+        smoothed += averaged[rows[i].samples[k]].xyz * rows[i].weights[k];
+    }
+    found[i] = Found(now[i], vec4<f32>(smoothed, 0.0));
+}
+
+fn cell_of(position: vec3<f32>) -> vec3<i32> {
+    return vec3<i32>(floor(position / CELL_M));
+}
+
+// Bucket of a cell; their number is a power of two.
+fn bucket(cell: vec3<i32>, buckets: u32) -> u32 {
+    let mixed = (cell.x * FACTOR_X) ^ (cell.y * FACTOR_Y) ^ (cell.z * FACTOR_Z);
+    return bitcast<u32>(mixed) & (buckets - 1u);
+}
+
+// Sorts the first vertices at their places into buckets.
+@compute @workgroup_size(64)
+fn fill_buckets(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= arrayLength(&places) || places[i].position.w == 0.0) {
+        return;
+    }
+    let cell = cell_of(found[i].position.xyz);
+    before[i] = atomicExchange(&heads[bucket(cell, arrayLength(&heads))], i);
+}
+
+// Push of a vertex by another one, in half least distances, times its weight; and the weight.
+fn push_by(i: u32, other: u32) -> vec4<f32> {
+    let between = found[other].position.xyz - found[i].position.xyz;
+    let near = dot(between, between) / (NEAR * GAP * NEAR * GAP);
+    let on_shape = found[other].smoothed.xyz - found[i].smoothed.xyz;
+    let size = length(on_shape);
+    let apart = size / (APART * GAP);
+    // Written so that NaN pushes nothing.
+    if (!(near < 1.0 && apart > 1.0)) {
+        return vec4<f32>();
+    }
+    let along = on_shape / size;
+    let at_rest = places[other].smoothed.xyz - places[i].smoothed.xyz;
+    let rest = places[other].position.xyz - places[i].position.xyz;
+    if (!(dot(between, along) < SLACK * GAP && dot(rest, at_rest) / length(at_rest) >= GAP)) {
+        return vec4<f32>();
+    }
+    let distance = dot(now[other].xyz - now[i].xyz, along);
+    let missing = min(1.0 - distance / GAP, MOST_MISSING);
+    if (!(missing > 0.0)) {
+        return vec4<f32>();
+    }
+    let weight = (1.0 - near) * min(2.0 * (apart - 1.0), 1.0) * min(2.0 * missing, 1.0);
+    return vec4<f32>(along * (-weight * missing), weight);
+}
+
+// Sum of the pushes of a vertex.
+fn pushes(i: u32) -> vec4<f32> {
+    let cell = cell_of(found[i].position.xyz);
+    var sum = vec4<i32>();
+    for (var around = 0; around < 27; around++) {
+        let next = cell + vec3<i32>(around % 3, around / 3 % 3, around / 9) - 1;
+        var other = filled[bucket(next, arrayLength(&filled))];
+        while (other != NONE) {
+            // Cells may share a bucket.
+            if (other != i && all(cell_of(found[other].position.xyz) == next)) {
+                sum += vec4<i32>(round(push_by(i, other) * FINE));
+            }
+            other = before[other];
+        }
+    }
+    return vec4<f32>(sum) / FINE;
+}
+
+// Moves each vertex by the mean of its pushes.
+@compute @workgroup_size(64)
+fn push(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= arrayLength(&places)) {
+        return;
+    }
+    var position = now[i].xyz;
+    if (places[i].position.w != 0.0) {
+        let sum = pushes(i);
+        let left = select(0.0, vectors[SHARE], FADES);
+        let half = 0.5 * (1.0 - left * left) * GAP;
+        position += sum.xyz * (half * places[i].smoothed.w / max(sum.w, 1.0));
+    }
+    after[i] = vec4<f32>(position, 0.0);
+}
