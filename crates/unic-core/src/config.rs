@@ -78,6 +78,9 @@ impl ProjectionConfig {
     /// Largest number of sweeps. Without a limit a damaged file could stop an animator.
     pub const MOST_SWEEPS: usize = 1000;
 
+    /// Smallest order above 0. Cells of a search for closer vertices would be too small.
+    pub const LEAST_ORDER: f32 = 0.05;
+
     /// Number of sweeps over all hinges and free edges in a tick.
     pub fn hinge_sweeps(&self) -> usize {
         self.bending_sweeps.min(self.sweeps)
@@ -94,12 +97,9 @@ impl ProjectionConfig {
         sweeps("projection.bending_sweeps", self.bending_sweeps)?;
         let (what, share) = ("projection.bending", self.bending);
         check(what, "0 to 1", share, (0.0..=1.0).contains(&share))?;
-        check(
-            "projection.order",
-            "0 to 1",
-            self.order,
-            (0.0..=1.0).contains(&self.order),
-        )?;
+        let (what, order) = ("projection.order", self.order);
+        let is_order = order == 0.0 || (Self::LEAST_ORDER..=1.0).contains(&order);
+        check(what, "0, or 0.05 to 1", order, is_order)?;
         let positive = |what, value: f32| check(what, "above 0", value, value > 0.0 && value.is_finite());
         positive("projection.pull_s", self.pull_s)?;
         positive("projection.carry_s", self.carry_s)?;

@@ -56,15 +56,16 @@ use thiserror::Error;
 
 pub use freedom::Freedom;
 pub use levels::{Level, LevelSmoothing, Levels};
-pub use smoothed::{AVERAGES, SmoothedShape};
+pub use smoothed::{SMOOTHING_ROUNDS, SmoothedShape};
 pub use sweep::{Edge, LEAST_LENGTH, Stencil};
 
 /// Sweeps of a start without a previous tick, for each sweep of a later tick.
 pub const START_ROUNDS: usize = 4;
 
-/// Rounds of relaxation after intersection handling. Each round has [`RELAX_SWEEPS`] sweeps over the
-/// edges, after pushes into the [`order`] of the cloth. One sweep over hinges and free edges follows the first of them, unless the projection has
-/// none. Then vertices move above their planes.
+/// Rounds of relaxation after intersection handling. Each round begins with pushes into the [`order`] of
+/// the cloth, if it has one. [`RELAX_SWEEPS`] sweeps over the edges follow. One sweep over hinges and
+/// free edges follows the first of them, unless the projection has none. Then vertices move above their
+/// planes.
 pub const RELAX_ROUNDS: usize = 3;
 
 /// Sweeps over the edges in each of the [`RELAX_ROUNDS`].
@@ -347,7 +348,7 @@ impl StrainProjection {
     /// One sweep over hinges and free edges, unless `bending_sweeps` is 0, follows the first sweep of
     /// each round. It smooths the moves from the positions that [`ProjectionScratch::keep_uncorrected`]
     /// has kept in this tick. Without it the cloth beside a push crumples. `order_share` scales the
-    /// pushes into the order of the cloth, 0 to 1.
+    /// pushes into the order of the cloth, 0 to 1: cloth that was given has to stay as it lies.
     pub(crate) fn relax(
         &self,
         planes: &[ContactPlane],
@@ -390,14 +391,14 @@ impl StrainProjection {
         memory: Memory,
         predicted: &[Vec3A],
         projected: &mut [Vec3A],
-        (scratch, pairs): (&mut LevelScratch, &mut OrderScratch),
+        (of_levels, pairs): (&mut LevelScratch, &mut OrderScratch),
     ) {
         let rounds = match memory {
             Memory::None => START_ROUNDS,
             Memory::Previous => 1,
         };
         if let Some(levels) = &self.levels {
-            levels.solve(rounds, &self.freedom, scratch, projected);
+            levels.solve(rounds, &self.freedom, of_levels, projected);
         }
         let smoothed = rounds * self.config.hinge_sweeps();
         let of_edges = |edges| Sweeps { edges, smoothed: 0 };

@@ -66,7 +66,9 @@
 //! vertex. A sweep takes one or a few dispatches: a workgroup holds its patch in workgroup memory,
 //! and solves all constraints, colour by colour, on which the patch depends. So constraints near the
 //! border of a patch are solved by several workgroups, and positions are those of the CPU's order.
-//! Models without a projection have no such stage. After the robust handling of intersections the
+//! Models without a projection have no such stage. Pushes into the
+//! [order of the cloth](unic_core::projection::order) take one invocation a vertex, which searches
+//! buckets of cells; their sums are integers, so that the order in a bucket changes nothing. After the robust handling of intersections the
 //! stage `intersections` also brings edges back towards their limits, smooths the pushes, and pushes a
 //! second time.
 //!

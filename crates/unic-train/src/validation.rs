@@ -52,8 +52,9 @@ pub struct Validation {
     /// the garment bends about as much as the truth, on the starts of these clips and of some that the
     /// fit has trained on, each with the prior of the other motions. None without a projection.
     pub bending: Option<f32>,
-    /// Least distance along the smoothed cloth, in mean edge lengths, with which the garment hardly passes
-    /// through itself more than the truth on the same starts; 0 for no pushes. None without a projection.
+    /// Least distance along the smoothed cloth that pushes restore, in mean edge lengths; 0 for no
+    /// pushes. With it the garment passes through itself least beyond what the truth does on the same
+    /// starts, at an error of at most 1 % more. None without a projection.
     pub order: Option<f32>,
     /// Factor of the replayed wrinkles, 0.5 to 4. With it they come and go as much as the truth's on the
     /// same starts, or as much as `replay.cost` allows. None without a replay, with fewer than five
@@ -257,7 +258,10 @@ impl FreeCrossings {
                 self.error.add(predicted, garment.frame(t));
             }
         }
-        let [predicted, truth] = crossings.shares();
+        let Some([predicted, truth]) = crossings.shares() else {
+            // The clip is too short to judge.
+            return Ok(());
+        };
         // Not a maximum, which would hide NaN.
         self.excess.push(match predicted < truth {
             true => 0.0,
@@ -267,7 +271,7 @@ impl FreeCrossings {
     }
 
     /// Mean over the clips of what each has more than the truth, 0 to 1. NaN where a prediction is not
-    /// finite.
+    /// finite, and where all clips are too short.
     pub(crate) fn excess(&self) -> f64 {
         self.excess.iter().sum::<f64>() / self.excess.len() as f64
     }

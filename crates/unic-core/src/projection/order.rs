@@ -17,29 +17,30 @@ use search::{Search, SearchScratch};
 /// the other sweeps over the edges between them.
 pub const ORDER_PASSES: usize = 3;
 
-/// Distance of vertices that push each other at most, in least distances along the smoothed shape.
-/// Pushes fade out towards it, so that no pair appears at once.
-pub const NEAR: f32 = 3.0;
+// The numbers below suit the demo's skirt and T-shirt (docs/lab/intersections.md). Lengths are in gaps:
+// the least distance along the smoothed shape.
 
-/// Distance on the smoothed shape from which pairs count, in least distances. Closer ones have no
-/// direction to speak of. They count wholly from one and a half times this on.
-pub const APART: f32 = 2.0;
+/// Distance from which vertices do not push each other, gaps. Weights fade towards it, so that no pair
+/// acts at once.
+pub const NEAR_GAPS: f32 = 3.0;
 
-/// Greatest distance along the smoothed shape of a pair that the pushes of a tick may come to need, in
-/// least distances.
-pub const SLACK: f32 = 1.5;
+/// Distance on the smoothed shape from which pairs count, gaps: between closer places there is hardly
+/// a direction. Pairs have their whole weight from one and a half times this on.
+pub const APART_GAPS: f32 = 2.0;
 
-/// Most that may be missing to the least distance, in least distances. A limit for shapes that have
-/// gone wrong.
-pub const MOST_MISSING: f32 = 4.0;
+/// Distance along the smoothed shape up to which pairs are kept for the pushes of a tick, gaps: sweeps
+/// between the pushes may bring them closer.
+pub const KEPT_GAPS: f32 = 1.5;
 
-/// Size of a cell of the search, in distances of [`NEAR`]: a little more, so that rounding hides no
-/// pair.
+/// Largest distance that one push makes up for, gaps. A limit for shapes that have gone wrong.
+pub const MOST_MISSING_GAPS: f32 = 4.0;
+
+/// Size of a cell of the search by [`NEAR_GAPS`]: a little more than 1, so that rounding hides no pair.
 pub const CELL: f32 = 1.01;
 
-/// Largest number of pairs for each vertex, on average over a part of the garment. A limit for shapes
-/// that have gone wrong.
-const MOST_PAIRS: usize = 64;
+/// Number of other vertices that each one is compared with, on average over a part of the garment. A
+/// limit for shapes that have gone wrong: cloth has about thirty in reach.
+const MOST_COMPARED: usize = 512;
 
 /// Vertices whose order is kept. An asset.
 #[derive(Clone, Debug)]
@@ -155,10 +156,10 @@ impl SheetOrder {
         sums.resize(positions.len(), Vec4::ZERO);
         for pair in pairs.iter().flatten() {
             let [a, b] = pair.ends.map(|v| v as usize);
-            // In least distances.
-            let missing =
-                (1.0 - (positions[b] - positions[a]).dot(pair.along) / self.gap_m).min(MOST_MISSING);
+            let missing = 1.0 - (positions[b] - positions[a]).dot(pair.along) / self.gap_m;
+            // False for NaN.
             if missing > 0.0 {
+                let missing = missing.min(MOST_MISSING_GAPS);
                 // Pushes begin softly, so that a pair that hardly needs one does not dilute the others.
                 let weight = pair.weight * (2.0 * missing).min(1.0);
                 let push = pair.along * (weight * missing);

@@ -5,7 +5,7 @@ use crate::parallel::for_each_chunk;
 use glam::Vec3A;
 
 /// Times that each sample is averaged with those that its chords join.
-pub const AVERAGES: usize = 3;
+pub const SMOOTHING_ROUNDS: usize = 3;
 
 /// Samples that are averaged with each other. An asset.
 #[derive(Clone, Debug)]
@@ -58,7 +58,7 @@ impl SmoothedShape {
         let [now, next] = samples;
         now.clear();
         now.extend(levels.samples().iter().map(|&v| positions[v as usize]));
-        for _ in 0..AVERAGES {
+        for _ in 0..SMOOTHING_ROUNDS {
             next.clear();
             let mut start = 0;
             next.extend(self.ends.iter().zip(&*now).map(|(&end, own)| {

@@ -32,10 +32,10 @@ impl SelfCrossingShares {
         self.frames += 1;
     }
 
-    /// Returns the mean shares of the edges, 0 to 1: of predictions, and of the truth. They are NaN
-    /// without frames, and where a position was not finite.
-    pub fn shares(&self) -> [f64; 2] {
-        self.sums.map(|sum| sum / self.frames as f64)
+    /// Returns the mean shares of the edges, 0 to 1: of predictions, and of the truth. They are NaN where
+    /// a position was not finite. None without frames.
+    pub fn shares(&self) -> Option<[f64; 2]> {
+        (self.frames > 0).then(|| self.sums.map(|sum| sum / self.frames as f64))
     }
 }
 
@@ -117,12 +117,12 @@ mod tests {
     fn shares_are_means_over_frames() {
         let rest = squares();
         let mut shares = SelfCrossingShares::new(&rest);
-        assert!(shares.shares().iter().all(|share| share.is_nan()));
+        assert_eq!(shares.shares(), None);
         let mut crossing = rest.vertices.clone();
         crossing[5] = Vec3::new(0.7, 0.3, -0.1);
         shares.add(&crossing, &rest.vertices);
         shares.add(&rest.vertices, &rest.vertices);
-        assert_eq!(shares.shares(), [0.1, 0.0]);
+        assert_eq!(shares.shares(), Some([0.1, 0.0]));
     }
 
     #[test]

@@ -15,6 +15,8 @@ struct Found {
     position: vec4<f32>,
     // Place on the smoothed shape.
     smoothed: vec4<f32>,
+    // Cell of the position. Kept, because other kernels may round it otherwise.
+    cell: vec4<i32>,
 }
 
 // Interpolation from samples.
@@ -27,7 +29,7 @@ struct Row {
 override GAP: f32;
 override NEAR: f32;
 override APART: f32;
-override SLACK: f32;
+override KEPT: f32;
 override MOST_MISSING: f32;
 // Size of a cell, metres.
 override CELL_M: f32;
@@ -40,9 +42,12 @@ override SHARE: u32;
 // Whether pushes are scaled by 1 - share^2.
 override FADES: bool;
 
-// Parts of a least distance in the sums, which are integers: their order changes nothing. 32,000
-// pushes fit.
+// Parts of a least distance in the sums, which are integers: their order changes nothing.
 const FINE = 16384.0;
+
+// Largest number of vertices that one is compared with. A limit for shapes that have gone wrong. The
+// sums of so many pushes fit.
+const MOST_STEPS = 4096u;
 
 const NONE = 0xffffffffu;
 
@@ -109,11 +114,8 @@ fn keep_found(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var k = 0u; k < 8u; k++) {
         smoothed += averaged[rows[i].samples[k]].xyz * rows[i].weights[k];
     }
-    found[i] = Found(now[i], vec4<f32>(smoothed, 0.0));
-}
-
-fn cell_of(position: vec3<f32>) -> vec3<i32> {
-    return vec3<i32>(floor(position / CELL_M));
+    let cell = vec3<i32>(floor(now[i].xyz / CELL_M));
+    found[i] = Found(now[i], vec4<f32>(smoothed, 0.0), vec4<i32>(cell, 0));
 }
 
 // Bucket of a cell; their number is a power of two.
@@ -129,7 +131,7 @@ fn fill_buckets(@builtin(global_invocation_id) id: vec3<u32>) {
     if (i >= arrayLength(&places) || places[i].position.w == 0.0) {
         return;
     }
-    let cell = cell_of(found[i].position.xyz);
+    let cell = found[i].cell.xyz;
     before[i] = atomicExchange(&heads[bucket(cell, arrayLength(&heads))], i);
 }
 
@@ -147,28 +149,31 @@ fn push_by(i: u32, other: u32) -> vec4<f32> {
     let along = on_shape / size;
     let at_rest = places[other].smoothed.xyz - places[i].smoothed.xyz;
     let rest = places[other].position.xyz - places[i].position.xyz;
-    if (!(dot(between, along) < SLACK * GAP && dot(rest, at_rest) / length(at_rest) >= GAP)) {
+    if (!(dot(between, along) < KEPT * GAP && dot(rest, at_rest) / length(at_rest) >= GAP)) {
         return vec4<f32>();
     }
     let distance = dot(now[other].xyz - now[i].xyz, along);
-    let missing = min(1.0 - distance / GAP, MOST_MISSING);
-    if (!(missing > 0.0)) {
+    let all_missing = 1.0 - distance / GAP;
+    if (!(all_missing > 0.0)) {
         return vec4<f32>();
     }
+    let missing = min(all_missing, MOST_MISSING);
     let weight = (1.0 - near) * min(2.0 * (apart - 1.0), 1.0) * min(2.0 * missing, 1.0);
     return vec4<f32>(along * (-weight * missing), weight);
 }
 
 // Sum of the pushes of a vertex.
 fn pushes(i: u32) -> vec4<f32> {
-    let cell = cell_of(found[i].position.xyz);
+    let cell = found[i].cell.xyz;
+    var steps = 0u;
     var sum = vec4<i32>();
     for (var around = 0; around < 27; around++) {
         let next = cell + vec3<i32>(around % 3, around / 3 % 3, around / 9) - 1;
         var other = filled[bucket(next, arrayLength(&filled))];
-        while (other != NONE) {
+        while (other != NONE && steps < MOST_STEPS) {
+            steps++;
             // Cells may share a bucket.
-            if (other != i && all(cell_of(found[other].position.xyz) == next)) {
+            if (other != i && all(found[other].cell.xyz == next)) {
                 sum += vec4<i32>(round(push_by(i, other) * FINE));
             }
             other = before[other];

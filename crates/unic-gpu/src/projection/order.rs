@@ -9,8 +9,8 @@ use crate::{
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use unic_core::projection::{
-    AVERAGES, StrainProjection,
-    order::{APART, CELL, MOST_MISSING, NEAR, OrderPlace, SLACK, SheetOrder},
+    SMOOTHING_ROUNDS, StrainProjection,
+    order::{APART_GAPS, CELL, KEPT_GAPS, MOST_MISSING_GAPS, NEAR_GAPS, OrderPlace, SheetOrder},
 };
 use wgpu::Buffer;
 
@@ -18,7 +18,7 @@ use wgpu::Buffer;
 const BUCKET_FACTORS: [i32; 3] = [73_856_093, 19_349_663, 83_492_791];
 
 /// Bytes of a `Found` of `order.wgsl`.
-pub(crate) const FOUND_BYTES: usize = 32;
+pub(crate) const FOUND_BYTES: usize = 48;
 
 /// Order of one garment on the device. Asset.
 #[derive(Debug)]
@@ -61,9 +61,9 @@ pub(crate) fn buckets(order: &SheetOrder) -> usize {
 /// Size of pushes for a garment that was given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Pushes {
-    /// That of any garment: they are part of the offsets, which fade in.
+    /// The whole size. Pushes within the projection become part of the offsets, which fade in.
     Whole,
-    /// They fade in.
+    /// They fade in. Pushes after intersection handling would move the given garment.
     Fading,
 }
 
@@ -105,7 +105,7 @@ impl Order {
         let [mut samples, mut averaged] = buffers.samples.each_ref();
         let gather = [(6, positions), (8, samples), (10, levels.sample_vertices())];
         let mut dispatches = vec![kernels.gather_smoothed.dispatch(&gather, groups(self.samples))?];
-        for _ in 0..AVERAGES {
+        for _ in 0..SMOOTHING_ROUNDS {
             let bindings = [
                 (8, samples),
                 (9, averaged),
@@ -160,15 +160,14 @@ impl Kernels {
     fn new(context: &GpuContext, order: &SheetOrder, share: usize) -> Self {
         let number = |value: f32| f64::from(value);
         let [x, y, z] = BUCKET_FACTORS.map(f64::from);
-        let cell = ("CELL_M", number(CELL * NEAR * order.gap_m()));
+        let cell = ("CELL_M", number(CELL * NEAR_GAPS * order.gap_m()));
         let push = |fades: f64| {
             [
                 ("GAP", number(order.gap_m())),
-                ("NEAR", number(NEAR)),
-                ("APART", number(APART)),
-                ("SLACK", number(SLACK)),
-                ("MOST_MISSING", number(MOST_MISSING)),
-                cell,
+                ("NEAR", number(NEAR_GAPS)),
+                ("APART", number(APART_GAPS)),
+                ("KEPT", number(KEPT_GAPS)),
+                ("MOST_MISSING", number(MOST_MISSING_GAPS)),
                 ("FACTOR_X", x),
                 ("FACTOR_Y", y),
                 ("FACTOR_Z", z),
@@ -184,12 +183,12 @@ impl Kernels {
             };
             Kernel::new(context, &source)
         };
-        let of_cells = [cell, ("FACTOR_X", x), ("FACTOR_Y", y), ("FACTOR_Z", z)];
+        let factors = [("FACTOR_X", x), ("FACTOR_Y", y), ("FACTOR_Z", z)];
         Self {
             gather_smoothed: kernel("gather_smoothed", &[]),
             average: kernel("average", &[]),
-            keep_found: kernel("keep_found", &[]),
-            fill_buckets: kernel("fill_buckets", &of_cells),
+            keep_found: kernel("keep_found", &[cell]),
+            fill_buckets: kernel("fill_buckets", &factors),
             push: kernel("push", &push(0.0)),
             fading_push: kernel("push", &push(1.0)),
         }

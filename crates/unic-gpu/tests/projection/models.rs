@@ -58,7 +58,7 @@ pub(crate) fn folded_model(order: f32) -> Arc<Model> {
         .zip(&parts.prior.mean)
         .map(|(p, m)| shift(p, *m))
         .collect();
-    let mut config = parts.config.projection.clone().unwrap();
+    let mut config = parts.config.projection.unwrap();
     config.order = order;
     let model = with_projection(parts);
     let mut parts = model.to_parts();

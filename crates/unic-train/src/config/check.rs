@@ -146,11 +146,20 @@ impl TrainConfig {
 
     fn check_projection(&self) -> Result<(), SettingsError> {
         let p = &self.projection;
-        for (what, values) in [("projection.bending", &p.bending), ("projection.order", &p.order)] {
-            ensure(what, "one value or more", "none", !values.is_empty())?;
-            for &value in values {
-                ensure(what, "0 to 1", value, (0.0..=1.0).contains(&value))?;
-            }
+        let bending = "projection.bending";
+        ensure(bending, "one value or more", "none", !p.bending.is_empty())?;
+        for &share in &p.bending {
+            ensure(bending, "0 to 1", share, (0.0..=1.0).contains(&share))?;
+        }
+        ensure(
+            "projection.order",
+            "one value or more",
+            "none",
+            !p.order.is_empty(),
+        )?;
+        for &value in &p.order {
+            let is_order = value == 0.0 || (ProjectionConfig::LEAST_ORDER..=1.0).contains(&value);
+            ensure("projection.order", "0, or 0.05 to 1", value, is_order)?;
         }
         for (what, found) in [
             ("projection.coarse_sweeps", p.coarse_sweeps),

@@ -23,10 +23,10 @@ pub struct ProjectionSettings {
     /// Shares of the bending that a sweep over the hinges may remove, 0 to 1. The one with which held-out
     /// motion bends as much as the truth is taken; the first one where nothing is held out.
     pub bending: Vec<f32>,
-    /// Least distances of vertices along the smoothed cloth, in mean edge lengths, 0 to 1, that pushes
-    /// may restore; 0 for no pushes. The one with which held-out motion passes through itself as much as
-    /// the truth is taken; the first one where nothing is held out. No pushes in settings that were saved
-    /// before there were any.
+    /// Least distances of vertices along the smoothed cloth, in mean edge lengths, that pushes may
+    /// restore; 0 for no pushes. Held-out motion chooses one by self-crossings beyond the truth's; the
+    /// first one is taken where nothing is held out. No pushes in settings that were saved before there
+    /// were any.
     #[serde(default = "no_order")]
     pub order: Vec<f32>,
     /// Time constant of an offset's return to the prediction, seconds.

@@ -97,9 +97,9 @@ impl Trainer {
     /// other motions, each with the prior that has not seen it. The value is taken with which the
     /// garment bends most nearly as much as the truth. Smaller values leave more wrinkles. On the same
     /// starts the replay gets the factor with which wrinkles come and go as much as the truth's, at a
-    /// limited cost of accuracy. At last the values of
-    /// `projection.order` are tried, and the one is taken with which the garment passes through itself
-    /// least beyond what the truth does, at an error of at most 1 % more.
+    /// limited cost of accuracy. Then the values of `projection.order` are tried, and the one is taken
+    /// with which the garment passes through itself least beyond what the truth does, at an error of at
+    /// most 1 % more. Bending is chosen once more if that has pushes.
     ///
     /// # Errors
     /// The errors of [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, called before each

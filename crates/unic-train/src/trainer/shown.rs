@@ -30,7 +30,7 @@ const LEAST_JUDGED: usize = 5;
 /// Share of the excess of self-crossings that a larger order has to take away.
 const LEAST_GAIN: f64 = 0.1;
 
-/// Largest growth of the error by an order, as a share of the least one.
+/// Largest growth of the error by an order, as a share of the least error of the smaller ones.
 const ORDER_COST: f64 = 0.01;
 
 /// Life and error of the cloth with a factor of the replay.
@@ -46,18 +46,26 @@ struct Trial {
 type See<'a> = dyn FnMut(&Arc<Model>, &PreparedClip, &mut Proceed) -> Result<(), TrainError> + 'a;
 
 impl Trainer {
-    /// Chooses bending, factor and order for a share of the field.
+    /// Chooses bending and factor for a share of the field with the least order, the order, then the
+    /// bending with it.
     pub(super) fn choose_shown(
         &self,
         parameters: &[Vec<f32>],
         field_share: f32,
         proceed: &mut Proceed,
     ) -> Result<Chosen, TrainError> {
-        let mut chosen = self.choose_wrinkles(parameters, field_share, proceed)?;
+        let mut chosen = Chosen {
+            field_share,
+            order: self.orders().iter().copied().min_by(f32::total_cmp),
+            ..Chosen::SETTINGS
+        };
+        let least = chosen.order;
+        chosen = self.choose_wrinkles(parameters, chosen, proceed)?;
         chosen.order = self.order(parameters, chosen, proceed)?;
-        // Pushes bend the cloth more.
-        if chosen.order.is_some_and(|order| order > 0.0) {
-            chosen.bending = self.bending(parameters, chosen, chosen.bending.unwrap_or(0.0), proceed)?;
+        // More pushes bend the cloth more.
+        if chosen.order > least {
+            let bending = chosen.bending.unwrap_or(0.0);
+            chosen.bending = self.bending(parameters, chosen, bending, proceed)?;
         }
         Ok(chosen)
     }
@@ -66,13 +74,9 @@ impl Trainer {
     fn choose_wrinkles(
         &self,
         parameters: &[Vec<f32>],
-        field_share: f32,
+        mut chosen: Chosen,
         proceed: &mut Proceed,
     ) -> Result<Chosen, TrainError> {
-        let mut chosen = Chosen {
-            field_share,
-            ..Chosen::SETTINGS
-        };
         chosen.bending = self.bending(parameters, chosen, 0.0, proceed)?;
         chosen.replay_factor = self.replay_factor(parameters, chosen, proceed)?;
         // More wrinkles bend more, so smaller values bend too much still.
@@ -87,7 +91,8 @@ impl Trainer {
 
     /// Number of times that [`Trainer::choose_shown`] animates the judged clips at most.
     pub(super) fn shown_trials(&self) -> usize {
-        let (bendings, orders) = (self.bendings().len(), self.orders().len());
+        // Counting the crossings takes time, too.
+        let (bendings, orders) = (self.bendings().len(), 2 * self.orders().len());
         match self.judges_replay() {
             true => 3 * bendings + MOST_FACTORS + orders,
             false => 2 * bendings + orders,
@@ -156,12 +161,13 @@ impl Trainer {
         chosen: Chosen,
         proceed: &mut Proceed,
     ) -> Result<Option<f32>, TrainError> {
-        let mut least_first: Vec<f32> = self.orders().to_vec();
-        least_first.sort_by(f32::total_cmp);
-        let crossings = SelfCrossingShares::new(&self.field.data.capture.garment.rest);
-        let (mut best, mut largest_rmse): (Option<(f64, f32)>, _) = (None, f64::INFINITY);
+        let orders = self.orders();
         // A lone value needs no judgement.
-        for order in least_first.into_iter().filter(|_| self.orders().len() > 1) {
+        if orders.len() < 2 {
+            return Ok(orders.first().copied());
+        }
+        let crossings = SelfCrossingShares::new(&self.field.data.capture.garment.rest);
+        let found = best_order(orders, |order| {
             let chosen = Chosen {
                 order: Some(order),
                 ..chosen
@@ -170,21 +176,9 @@ impl Trainer {
             self.each_judged(parameters, chosen, proceed, &mut |model, clip, proceed| {
                 free.add(crossings.clone(), model, clip, proceed)
             })?;
-            let (excess, rmse) = (free.excess(), free.rmse());
-            if !excess.is_finite() || rmse > largest_rmse {
-                break;
-            }
-            if best.is_none_or(|(least, _)| excess < (1.0 - LEAST_GAIN) * least) {
-                best = Some((excess, order));
-            }
-            // Larger values can only cost more.
-            if excess == 0.0 {
-                break;
-            }
-            largest_rmse = largest_rmse.min(rmse * (1.0 + ORDER_COST));
-        }
-        let found = best.map(|(_, order)| order);
-        Ok(found.or(self.orders().first().copied()))
+            Ok([free.excess(), free.rmse()])
+        })?;
+        Ok(found.or(orders.first().copied()))
     }
 
     /// Chooses the factor of the replay, from the least of [`CALMER`] to the largest of [`LIVELIER`]:
@@ -313,6 +307,32 @@ impl Trainer {
     }
 }
 
+/// Finds the order with the least excess of self-crossings, given excess and error of each that is tried.
+/// None where those of the least one are not finite.
+fn best_order(
+    orders: &[f32],
+    mut trial: impl FnMut(f32) -> Result<[f64; 2], TrainError>,
+) -> Result<Option<f32>, TrainError> {
+    let mut least_first = orders.to_vec();
+    least_first.sort_by(f32::total_cmp);
+    let (mut best, mut largest_rmse): (Option<(f64, f32)>, _) = (None, f64::INFINITY);
+    for order in least_first {
+        let [excess, rmse] = trial(order)?;
+        if !excess.is_finite() || !rmse.is_finite() || rmse > largest_rmse {
+            break;
+        }
+        if best.is_none_or(|(least, _)| excess < (1.0 - LEAST_GAIN) * least) {
+            best = Some((excess, order));
+        }
+        // Larger values can only cost more.
+        if excess == 0.0 {
+            break;
+        }
+        largest_rmse = largest_rmse.min(rmse * (1.0 + ORDER_COST));
+    }
+    Ok(best.map(|(_, order)| order))
+}
+
 /// Share of the step from one factor to the next, on a scale of logarithms, after which the excess is
 /// zero or the error `largest_rmse`. 1 where neither happens.
 fn share_of_step(last: Trial, next: Trial, largest_rmse: f64) -> f64 {
@@ -328,6 +348,32 @@ fn share_of_step(last: Trial, next: Trial, largest_rmse: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The order that is chosen by these excesses and errors, and how many were tried.
+    fn chosen(trials: &[[f64; 2]]) -> (Option<f32>, usize) {
+        let orders: Vec<f32> = (0..trials.len()).rev().map(|i| i as f32).collect();
+        let mut tried = 0;
+        let order = best_order(&orders, |order| {
+            tried += 1;
+            Ok(trials[order as usize])
+        });
+        (order.unwrap(), tried)
+    }
+
+    #[test]
+    fn an_order_has_to_take_crossings_away_at_a_small_cost() {
+        assert_eq!(chosen(&[[0.4, 10.0], [0.2, 10.05], [0.1, 10.0]]), (Some(2.0), 3));
+        // A twentieth less is no gain.
+        assert_eq!(chosen(&[[0.4, 10.0], [0.38, 9.0], [0.39, 9.0]]), (Some(0.0), 3));
+        // Costs count from the least error so far.
+        assert_eq!(chosen(&[[0.4, 10.0], [0.2, 9.9], [0.0, 10.01]]), (Some(1.0), 3));
+        assert_eq!(chosen(&[[0.4, 10.0], [0.1, 10.2], [0.0, 10.0]]), (Some(0.0), 2));
+        // Nothing is left to take away.
+        assert_eq!(chosen(&[[0.0, 10.0], [0.0, 9.0]]), (Some(0.0), 1));
+        assert_eq!(chosen(&[[0.4, 10.0], [f64::NAN, 10.0]]), (Some(0.0), 2));
+        assert_eq!(chosen(&[[f64::NAN, f64::NAN], [0.1, 10.0]]), (None, 1));
+        assert_eq!(chosen(&[[0.4, 10.0], [0.1, f64::NAN]]), (Some(0.0), 2));
+    }
 
     #[test]
     fn a_step_ends_where_wrinkles_live_enough_or_cost_too_much() {

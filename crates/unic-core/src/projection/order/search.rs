@@ -1,6 +1,6 @@
 //! Search for the pairs of vertices that may have to push each other.
 
-use super::{APART, CELL, MOST_PAIRS, NEAR, OrderPlace, Pair, SLACK};
+use super::{APART_GAPS, CELL, KEPT_GAPS, MOST_COMPARED, NEAR_GAPS, OrderPlace, Pair};
 use crate::{parallel::for_each_chunk, projection::sweep::PART};
 use glam::{IVec3, Vec3A};
 use std::ops::Range;
@@ -44,7 +44,7 @@ impl<'a> Search<'a> {
         scratch: &'a mut SearchScratch,
     ) -> Self {
         let SearchScratch { keys, sorted } = scratch;
-        let size = CELL * NEAR * gap_m;
+        let size = CELL * NEAR_GAPS * gap_m;
         let cell_of = |p: &Vec3A| (*p / size).floor().as_ivec3();
         let origin = positions.first().map_or(IVec3::ZERO, cell_of);
         let firsts = (0..).zip(places).zip(positions);
@@ -78,7 +78,7 @@ impl<'a> Search<'a> {
     /// one above it, which follow them, and in the other [`COLUMNS`].
     fn find_of(&self, vertices: Range<usize>, pairs: &mut Vec<Pair>) {
         pairs.clear();
-        let most = MOST_PAIRS * vertices.len();
+        let mut left = MOST_COMPARED * vertices.len();
         let first = vertices.start;
         let mut columns = COLUMNS.map(|column| {
             let [start, end] = column_of(self.keys[first].0, column);
@@ -90,17 +90,19 @@ impl<'a> Search<'a> {
                 .iter()
                 .take_while(|(k, _)| *k <= key + 1)
                 .count();
-            self.compare(vertex, vertex + 1..vertex + above, pairs);
+            let mut compare = |others: Range<usize>| {
+                let others = others.start..others.end.min(others.start + left);
+                left -= others.len();
+                self.compare(vertex, others, pairs);
+            };
+            compare(vertex + 1..vertex + above);
             for (column, range) in COLUMNS.iter().zip(&mut columns) {
                 let ends = column_of(key, *column);
                 // Keys ascend, and so do the ends of the ranges.
                 for (place, key) in range.iter_mut().zip(ends) {
                     *place += self.keys[*place..].iter().take_while(|(k, _)| *k < key).count();
                 }
-                self.compare(vertex, range[0]..range[1], pairs);
-            }
-            if pairs.len() >= most {
-                return;
+                compare(range[0]..range[1]);
             }
         }
     }
@@ -108,17 +110,18 @@ impl<'a> Search<'a> {
     /// Compares a sorted vertex with others, and adds those that make a pair with it.
     fn compare(&self, vertex: usize, others: Range<usize>, pairs: &mut Vec<Pair>) {
         let [position, smoothed] = self.sorted[vertex];
-        let near = (NEAR * self.gap_m).powi(2);
-        let apart = (APART * self.gap_m).powi(2);
+        let near = (NEAR_GAPS * self.gap_m).powi(2);
+        let apart = (APART_GAPS * self.gap_m).powi(2);
         for other in others {
             let between = self.sorted[other][0] - position;
-            if !(between.length_squared() < near) {
+            let is_near = between.length_squared() < near;
+            if !is_near {
                 continue;
             }
             let on_shape = self.sorted[other][1] - smoothed;
             let (squared, along) = (on_shape.length_squared(), between.dot(on_shape));
             // Few pairs come so far that a root is taken.
-            let is_far = along > 0.0 && along * along > (SLACK * self.gap_m).powi(2) * squared;
+            let is_far = along > 0.0 && along * along > (KEPT_GAPS * self.gap_m).powi(2) * squared;
             if squared > apart && !is_far {
                 let ends = [vertex, other].map(|v| self.keys[v].1);
                 pairs.extend(self.pair(ends, between, on_shape));
@@ -133,8 +136,8 @@ impl<'a> Search<'a> {
         let at_rest = b.smoothed - a.smoothed;
         let rest = (b.position - a.position).dot(at_rest) / at_rest.length();
         let length = on_shape.length();
-        let near = between.length_squared() / (NEAR * self.gap_m).powi(2);
-        let apart = length / (APART * self.gap_m);
+        let near = between.length_squared() / (NEAR_GAPS * self.gap_m).powi(2);
+        let apart = length / (APART_GAPS * self.gap_m);
         // False for NaN, too.
         (rest >= self.gap_m).then(|| Pair {
             ends,
