@@ -80,31 +80,35 @@ impl<'a> Search<'a> {
         pairs.clear();
         let mut left = MOST_COMPARED * vertices.len();
         let first = vertices.start;
+        let mut own_end = first;
         let mut columns = COLUMNS.map(|column| {
-            let [start, end] = column_of(self.keys[first].0, column);
-            [start, end].map(|key| self.keys.partition_point(|(k, _)| *k < key))
+            let ends = column_of(self.keys[first].0, column);
+            ends.map(|key| self.keys.partition_point(|(k, _)| *k < key))
         });
+        let mut last = None;
         for vertex in vertices {
             let key = self.keys[vertex].0;
-            let above = self.keys[vertex..]
-                .iter()
-                .take_while(|(k, _)| *k <= key + 1)
-                .count();
-            let mut compare = |others: Range<usize>| {
+            // Vertices of one cell are compared with the same ones. Keys ascend, and so do all ends.
+            if last.replace(key) != Some(key) {
+                own_end = self.first_from(own_end, key + 2);
+                for (column, range) in COLUMNS.iter().zip(&mut columns) {
+                    let [start, end] = column_of(key, *column);
+                    *range = [self.first_from(range[0], start), self.first_from(range[1], end)];
+                }
+            }
+            let others = columns.iter().map(|[start, end]| *start..*end);
+            for others in std::iter::once(vertex + 1..own_end).chain(others) {
                 let others = others.start..others.end.min(others.start + left);
                 left -= others.len();
                 self.compare(vertex, others, pairs);
-            };
-            compare(vertex + 1..vertex + above);
-            for (column, range) in COLUMNS.iter().zip(&mut columns) {
-                let ends = column_of(key, *column);
-                // Keys ascend, and so do the ends of the ranges.
-                for (place, key) in range.iter_mut().zip(ends) {
-                    *place += self.keys[*place..].iter().take_while(|(k, _)| *k < key).count();
-                }
-                compare(range[0]..range[1]);
             }
         }
+    }
+
+    /// Returns the first place, from one on, with at least this key.
+    fn first_from(&self, place: usize, key: u64) -> usize {
+        let before = self.keys[place..].iter().take_while(|(k, _)| *k < key);
+        place + before.count()
     }
 
     /// Compares a sorted vertex with others, and adds those that make a pair with it.
