@@ -68,9 +68,9 @@
 //! border of a patch are solved by several workgroups, and positions are those of the CPU's order.
 //! Models without a projection have no such stage. Pushes into the
 //! [order of the cloth](unic_core::projection::order) take one invocation a vertex, which searches
-//! buckets of cells; their sums are integers, so that the order in a bucket changes nothing. After the robust handling of intersections the
-//! stage `intersections` also brings edges back towards their limits, smooths the pushes, and pushes a
-//! second time.
+//! buckets of cells; their sums are integers, so that the order in a bucket changes nothing. After
+//! the robust handling of intersections the stage `intersections` also brings edges back towards
+//! their limits, smooths the pushes, and pushes a second time.
 //!
 //! # Limits
 //!

@@ -38,8 +38,8 @@ pub const MOST_MISSING_GAPS: f32 = 4.0;
 /// Size of a cell of the search by [`NEAR_GAPS`]: a little more than 1, so that rounding hides no pair.
 pub const CELL: f32 = 1.01;
 
-/// Number of other vertices that each one is compared with, on average over a part of the garment. A
-/// limit for shapes that have gone wrong: cloth has about thirty in reach.
+/// Largest number of other vertices that each one is compared with, on average over a part of the
+/// garment. A limit for shapes that have gone wrong.
 const MOST_COMPARED: usize = 512;
 
 /// Vertices whose order is kept. An asset.
