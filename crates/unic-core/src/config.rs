@@ -50,6 +50,11 @@ pub struct ProjectionConfig {
     /// files that were written before there were any.
     #[serde(default)]
     pub order: f32,
+    /// Least distance between layers of cloth that lie on each other at rest, in mean edge lengths at
+    /// rest, that pushes restore, see [`projection::order`](crate::projection::order). No pushes where
+    /// it is 0, as in files that were written before there were any.
+    #[serde(default)]
+    pub layers: f32,
     /// Time constant of an offset's return to the prediction, seconds.
     pub pull_s: f32,
     /// Time constant of an offset's velocity, seconds.
@@ -67,6 +72,7 @@ impl Default for ProjectionConfig {
             bending_sweeps: 6,
             bending: 0.6,
             order: 0.0,
+            layers: 0.15,
             pull_s: 0.2,
             carry_s: 0.3,
             radius_m: 0.08,
@@ -78,7 +84,8 @@ impl ProjectionConfig {
     /// Largest number of sweeps. Without a limit a damaged file could stop an animator.
     pub const MOST_SWEEPS: usize = 1000;
 
-    /// Smallest order above 0. Cells of a search for closer vertices would be too small.
+    /// Smallest order, and distance between layers, above 0. Cells of a search for closer vertices would
+    /// be too small.
     pub const LEAST_ORDER: f32 = 0.05;
 
     /// Number of sweeps over all hinges and free edges in a tick.
@@ -97,9 +104,12 @@ impl ProjectionConfig {
         sweeps("projection.bending_sweeps", self.bending_sweeps)?;
         let (what, share) = ("projection.bending", self.bending);
         check(what, "0 to 1", share, (0.0..=1.0).contains(&share))?;
-        let (what, order) = ("projection.order", self.order);
-        let is_order = order == 0.0 || (Self::LEAST_ORDER..=1.0).contains(&order);
-        check(what, "0, or 0.05 to 1", order, is_order)?;
+        let order = |what, order: f32| {
+            let is_order = order == 0.0 || (Self::LEAST_ORDER..=1.0).contains(&order);
+            check(what, "0, or 0.05 to 1", order, is_order)
+        };
+        order("projection.order", self.order)?;
+        order("projection.layers", self.layers)?;
         let positive = |what, value: f32| check(what, "above 0", value, value > 0.0 && value.is_finite());
         positive("projection.pull_s", self.pull_s)?;
         positive("projection.carry_s", self.carry_s)?;

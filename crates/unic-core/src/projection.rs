@@ -49,7 +49,7 @@ use crate::{
 use constraints::{Constraints, Sweeps};
 use glam::{Vec3, Vec3A};
 use levels::{LevelScratch, LevelTopology};
-use order::{ORDER_PASSES, OrderScratch, SheetOrder};
+use order::{LayerOrder, LayerScratch, ORDER_PASSES, SheetOrder, SheetScratch};
 use stencil::bending_stencils;
 use sweep::PART;
 use thiserror::Error;
@@ -124,6 +124,7 @@ pub struct StrainProjection {
     constraints: Constraints,
     levels: Option<Levels>,
     order: Option<SheetOrder>,
+    layers: Option<LayerOrder>,
 }
 
 /// Time and place of a tick of the projection.
@@ -179,7 +180,14 @@ pub(crate) struct ProjectionScratch {
     /// Projected positions relative to the tick's origin, metres.
     projected: Vec<Vec3A>,
     levels: LevelScratch,
-    order: OrderScratch,
+    orders: OrderScratch,
+}
+
+/// Buffers of the pushes into the order of the cloth.
+#[derive(Clone, Debug, Default)]
+struct OrderScratch {
+    sheet: SheetScratch,
+    layers: LayerScratch,
 }
 
 impl ProjectionScratch {
@@ -223,12 +231,15 @@ impl StrainProjection {
         let stencils = stencils.iter().map(|s| Stencil::new(s, &freedom));
         let limits_of_chords = &limits[ends.len()..];
         let levels = levels.map(|topology| Levels::new(topology, rest, &config, &freedom, limits_of_chords));
-        let gap_m = config.order * mean_length(rest, &ends);
-        let order = levels.as_ref().filter(|_| gap_m > 0.0);
-        let order = order.and_then(|levels| SheetOrder::new(gap_m, rest, &first_at_place, levels));
+        let mean_length = mean_length(rest, &ends);
+        let gaps_m = [config.order, config.layers].map(|order| order * mean_length);
+        let order = levels.as_ref().filter(|_| gaps_m[0] > 0.0);
+        let order = order.and_then(|levels| SheetOrder::new(gaps_m[0], rest, &first_at_place, levels));
+        let layers = (gaps_m[1] > 0.0).then(|| LayerOrder::new(gaps_m[1], rest, &faces, &first_at_place));
         Ok(Self {
             levels,
             order,
+            layers: layers.flatten(),
             constraints: Constraints::new(packed.collect(), stencils.collect(), count),
             config,
             limits,
@@ -252,9 +263,16 @@ impl StrainProjection {
         self.levels.as_ref()
     }
 
-    /// Order that the cloth keeps; none where the settings have none, and without levels.
+    /// Order along the smoothed shape that the cloth keeps; none where the settings have none, and without
+    /// levels.
     pub fn order(&self) -> Option<&SheetOrder> {
         self.order.as_ref()
+    }
+
+    /// Order of the layers of the cloth; none where the settings have none, and for a garment without
+    /// layers.
+    pub fn layers(&self) -> Option<&LayerOrder> {
+        self.layers.as_ref()
     }
 
     /// First vertex at the rest place of each vertex, which is the vertex itself away from seams.
@@ -294,7 +312,7 @@ impl StrainProjection {
             smoothed_from: relative,
             projected,
             levels,
-            order,
+            orders,
         } = scratch;
         relative.resize(predicted.len(), Vec3A::ZERO);
         projected.resize(predicted.len(), Vec3A::ZERO);
@@ -312,7 +330,7 @@ impl StrainProjection {
                 }
             },
         );
-        self.solve(tick.memory, relative, projected, (levels, order));
+        self.solve(tick.memory, relative, projected, (levels, orders));
         let (relative, projected) = (&*relative, &*projected);
         for_each_chunk(offsets, PART, |start, offsets| {
             for (vertex, offset) in (start..).zip(offsets) {
@@ -359,7 +377,7 @@ impl StrainProjection {
         let ProjectionScratch {
             smoothed_from: uncorrected,
             projected: relaxed,
-            order: pairs,
+            orders,
             ..
         } = scratch;
         relaxed.clear();
@@ -369,11 +387,9 @@ impl StrainProjection {
             edges: RELAX_SWEEPS,
             smoothed: self.config.hinge_sweeps().min(1),
         };
-        let order = self.found_order(relaxed, pairs);
+        self.find_pairs(relaxed, orders);
         for _ in 0..RELAX_ROUNDS {
-            if let Some(order) = order {
-                order.push(order_share, &self.freedom, pairs, relaxed);
-            }
+            self.push_pairs(order_share, orders, relaxed);
             (self.constraints).sweep(sweeps, &self.freedom, uncorrected, relaxed);
             for (p, plane) in relaxed.iter_mut().zip(planes) {
                 *p = plane.closest((*p).into()).into();
@@ -391,7 +407,7 @@ impl StrainProjection {
         memory: Memory,
         predicted: &[Vec3A],
         projected: &mut [Vec3A],
-        (of_levels, pairs): (&mut LevelScratch, &mut OrderScratch),
+        (of_levels, orders): (&mut LevelScratch, &mut OrderScratch),
     ) {
         let rounds = match memory {
             Memory::None => START_ROUNDS,
@@ -413,20 +429,34 @@ impl StrainProjection {
             projected,
         );
         let left = rounds * self.config.sweeps - smoothed;
-        let Some(order) = self.found_order(projected, pairs) else {
+        if self.order.is_none() && self.layers.is_none() {
             return sweep(of_edges(left), projected);
-        };
+        }
+        self.find_pairs(projected, orders);
         for edges in between_pushes(left) {
-            order.push(1.0, &self.freedom, pairs, projected);
+            self.push_pairs(1.0, orders, projected);
             sweep(of_edges(edges), projected);
         }
     }
 
-    /// Finds the pairs of vertices that may have to be pushed into their order; none without one.
-    fn found_order(&self, positions: &[Vec3A], pairs: &mut OrderScratch) -> Option<&SheetOrder> {
-        let (order, levels) = (self.order.as_ref()?, self.levels.as_ref()?);
-        order.find(levels, positions, pairs);
-        Some(order)
+    /// Finds the pairs of vertices that may have to be pushed into their order, if there is one.
+    fn find_pairs(&self, positions: &[Vec3A], scratch: &mut OrderScratch) {
+        if let (Some(order), Some(levels)) = (&self.order, &self.levels) {
+            order.find(levels, positions, &mut scratch.sheet);
+        }
+        if let Some(layers) = &self.layers {
+            layers.find(positions, &mut scratch.layers);
+        }
+    }
+
+    /// Pushes the found pairs by a share, 0 to 1: first along the smoothed shape, then between layers.
+    fn push_pairs(&self, share: f32, scratch: &mut OrderScratch, positions: &mut [Vec3A]) {
+        if let Some(order) = &self.order {
+            (scratch.sheet.pairs).push(order.gap_m(), share, &self.freedom, positions);
+        }
+        if let Some(layers) = &self.layers {
+            (scratch.layers.pairs).push(layers.gap_m(), share, &self.freedom, positions);
+        }
     }
 }
 

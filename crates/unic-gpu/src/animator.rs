@@ -5,7 +5,7 @@ mod programs;
 mod saved_state;
 mod upload;
 
-pub(crate) use buffers::Buffers;
+pub(crate) use buffers::{Buffers, OrderBuffers};
 
 use crate::{GpuError, GpuModel, mesh::SHOWN_BYTES, program::StageTime};
 use glam::Vec3;

@@ -39,7 +39,8 @@ pub(crate) struct Projection {
     /// Sweep over the edges alone.
     edges: Sweep,
     levels: Option<Levels>,
-    order: Option<Order>,
+    /// Orders of the cloth: along its smoothed shape, then of its layers, as far as it has them.
+    orders: Vec<Order>,
     kernels: Kernels,
 }
 
@@ -102,7 +103,7 @@ impl Projection {
             edges: sweep(Vec::new()),
             levels: (projection.levels())
                 .and_then(|levels| Levels::new(context, levels, projection.freedom(), rest)),
-            order: (projection.order()).map(|order| Order::new(context, projection, order, share)),
+            orders: orders(context, projection, share),
             kernels: Kernels::new(context, model, projection, share),
         }
     }
@@ -177,9 +178,9 @@ impl Projection {
         let mut positions = Positions::new(&buffers.projected);
         let load = [shown, (18, positions.now)];
         let mut dispatches = vec![self.for_vertices(&kernels.load_shown, &load)?];
-        dispatches.extend(self.find_order(buffers, positions.now)?);
+        dispatches.extend(self.find_orders(buffers, positions.now)?);
         for _ in 0..RELAX_ROUNDS {
-            if let Some(order) = &self.order {
+            for order in &self.orders {
                 dispatches.push(order.push(buffers, &mut positions, Pushes::Fading)?);
             }
             let hinge_sweeps = self.hinge_sweeps.min(1);
@@ -210,14 +211,16 @@ impl Projection {
         };
         dispatches.extend(self.bending.measure_bends(&buffers.predicted, &buffers.bends)?);
         let (sweeps, hinge_sweeps) = (rounds * self.sweeps, rounds * self.hinge_sweeps);
-        let Some(order) = &self.order else {
+        if self.orders.is_empty() {
             dispatches.extend(self.sweep(buffers, positions, sweeps, hinge_sweeps)?);
             return Ok(dispatches);
-        };
+        }
         dispatches.extend(self.sweep(buffers, positions, hinge_sweeps, hinge_sweeps)?);
-        dispatches.extend(self.find_order(buffers, positions.now)?);
+        dispatches.extend(self.find_orders(buffers, positions.now)?);
         for sweeps in between_pushes(sweeps - hinge_sweeps) {
-            dispatches.push(order.push(buffers, positions, Pushes::Whole)?);
+            for order in &self.orders {
+                dispatches.push(order.push(buffers, positions, Pushes::Whole)?);
+            }
             dispatches.extend(self.sweep(buffers, positions, sweeps, 0)?);
         }
         Ok(dispatches)
@@ -225,11 +228,12 @@ impl Projection {
 
     /// Makes the dispatches that find which vertices may have to be pushed into their order; none without
     /// one.
-    fn find_order(&self, buffers: &Buffers, positions: &Buffer) -> Result<Vec<Dispatch>, GpuError> {
-        match (&self.order, &self.levels) {
-            (Some(order), Some(levels)) => order.find(buffers, levels, positions),
-            _ => Ok(Vec::new()),
+    fn find_orders(&self, buffers: &Buffers, positions: &Buffer) -> Result<Vec<Dispatch>, GpuError> {
+        let mut dispatches = Vec::new();
+        for order in &self.orders {
+            dispatches.extend(order.find(buffers, self.levels.as_ref(), positions)?);
         }
+        Ok(dispatches)
     }
 
     /// Makes the dispatches of sweeps over the edges, the first `hinge_sweeps` of which are each
@@ -251,6 +255,16 @@ impl Projection {
     fn for_vertices(&self, kernel: &Kernel, bindings: &[(u32, &Buffer)]) -> Result<Dispatch, GpuError> {
         kernel.dispatch(bindings, self.vertices.div_ceil(GROUP))
     }
+}
+
+/// Uploads the orders of a garment, see [`Projection::new`].
+fn orders(context: &GpuContext, projection: &StrainProjection, share: usize) -> Vec<Order> {
+    let freedom = projection.freedom();
+    let sheet = projection.order();
+    let sheet = sheet.map(|order| Order::of_sheet(context, order, freedom, share));
+    let layers = projection.layers();
+    let layers = layers.map(|order| Order::of_layers(context, order, freedom, share));
+    sheet.into_iter().chain(layers).collect()
 }
 
 impl Kernels {

@@ -1,5 +1,6 @@
 //! Closed forms and invariances of the strain projection on a flat sheet.
 
+mod layers;
 mod order;
 mod smoothing;
 

@@ -41,15 +41,25 @@ pub(crate) struct Buffers {
     pub(crate) samples: [Buffer; 2],
     /// Where the samples started, see `levels.wgsl`.
     pub(crate) sample_starts: Buffer,
-    /// Where the vertices were before pushes into the order of the cloth, and the buckets of their cells,
-    /// see `order.wgsl`; empty without an order.
-    pub(crate) found: Buffer,
-    pub(crate) heads: Buffer,
-    pub(crate) before: Buffer,
+    /// Pushes into the order along the smoothed shape.
+    pub(crate) sheet_order: OrderBuffers,
+    /// Pushes into the order of the layers.
+    pub(crate) layer_order: OrderBuffers,
     /// Inputs of the field for every vertex.
     pub(crate) inputs: Buffer,
     /// Shown positions and normals.
     pub(crate) shown: Buffer,
+}
+
+/// Buffers of the pushes into an order of the cloth, see `order.wgsl`; empty without one.
+#[derive(Debug)]
+pub(crate) struct OrderBuffers {
+    /// Where the vertices were before the pushes.
+    pub(crate) found: Buffer,
+    /// Last vertex in each bucket of cells.
+    pub(crate) heads: Buffer,
+    /// For each vertex the one before it in its bucket.
+    pub(crate) before: Buffer,
 }
 
 impl Buffers {
@@ -64,8 +74,22 @@ impl Buffers {
         let projected = model.projection().map_or(0, |_| vertices);
         let levels = model.projection().and_then(StrainProjection::levels);
         let samples = levels.map_or(0, |levels| levels.samples().len());
-        let order = model.projection().and_then(StrainProjection::order);
-        let (ordered, buckets) = order.map_or((0, 0), |order| (vertices, buckets(order)));
+        let orders = |has_order: bool| {
+            let (ordered, buckets) = if has_order {
+                (vertices, buckets(vertices))
+            } else {
+                (0, 0)
+            };
+            OrderBuffers {
+                found: zeroed("found", FOUND_BYTES * ordered),
+                heads: zeroed("heads", 4 * buckets),
+                before: zeroed("before", 4 * ordered),
+            }
+        };
+        let (sheet, layers) = (
+            model.projection().and_then(StrainProjection::order),
+            model.projection().and_then(StrainProjection::layers),
+        );
         let states = zeroed("states", STATE_BYTES * vertices);
         // Kernels keep the mask, so that it is uploaded once.
         let share = |vertex: usize| [Vec3::ZERO.extend(model.garment().share(vertex)); 2];
@@ -85,9 +109,8 @@ impl Buffers {
             bends: zeroed("bends", BEND_BYTES * bends),
             samples: pair("samples", POSITION_BYTES * samples),
             sample_starts: zeroed("sample starts", SAMPLE_START_BYTES * samples),
-            found: zeroed("found", FOUND_BYTES * ordered),
-            heads: zeroed("heads", 4 * buckets),
-            before: zeroed("before", 4 * ordered),
+            sheet_order: orders(sheet.is_some()),
+            layer_order: orders(layers.is_some()),
             inputs: zeroed("inputs", 4 * inputs),
             shown: context.zeroed("garment", SHOWN_BYTES * vertices, BufferUsages::VERTEX),
         }

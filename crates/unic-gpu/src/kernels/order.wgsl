@@ -1,20 +1,23 @@
-// Order of the cloth along its smoothed shape: vertices that are close to each other are pushed back
-// into the order that they have at rest. The kernels compute what `unic_core::projection::order` does,
-// whose comments give the reasons, and gather the pushes of each vertex.
+// Order of the cloth along its smoothed shape, and of its layers: vertices that are close to each other
+// are pushed back into the order that they have at rest. The kernels compute what
+// `unic_core::projection::order` does, whose comments give the reasons, and gather the pushes of each
+// vertex.
 
 // Where a vertex is at rest, metres.
 struct Place {
-    // Position; 1 for the first vertex at it, else 0.
+    // Position; 0 for a vertex that is not pushed, else 1, or the sign of an outward normal.
     position: vec4<f32>,
-    // Place on the smoothed shape; freedom of the vertex.
-    smoothed: vec4<f32>,
+    // Place on the smoothed shape, or outward normal; freedom of the vertex.
+    compared: vec4<f32>,
+    // Height in the layers.
+    height: f32,
 }
 
 // Where a vertex was before the pushes, metres.
 struct Found {
     position: vec4<f32>,
-    // Place on the smoothed shape.
-    smoothed: vec4<f32>,
+    // Place on the smoothed shape, or outward normal.
+    compared: vec4<f32>,
     // Cell of the position. Kept, because other kernels may round it otherwise.
     cell: vec4<i32>,
 }
@@ -25,12 +28,18 @@ struct Row {
     weights: array<f32, 8>,
 }
 
-// Least distance along the smoothed shape, metres. The following four are in multiples of it.
+// Whether the order is that of layers.
+override OF_LAYERS: bool;
+// Least distance in the order, metres. The following six are in multiples of it.
 override GAP: f32;
 override NEAR: f32;
-override APART: f32;
 override KEPT: f32;
 override MOST_MISSING: f32;
+override APART: f32;
+override LAYER: f32;
+override REACH: f32;
+// Least cosine between the normals of two layers.
+override LEAST_COSINE: f32;
 // Size of a cell, metres.
 override CELL_M: f32;
 // Factors of the indices of a cell.
@@ -68,7 +77,8 @@ const NONE = 0xffffffffu;
 @group(0) @binding(9) var<storage, read_write> averaged: array<vec4<f32>>;
 // Vertices that are samples.
 @group(0) @binding(10) var<storage, read> vertices: array<u32>;
-// End of each sample's neighbours, and the neighbours.
+// End of each sample's neighbours, and the neighbours; or of the faces around each vertex, and their two
+// other corners.
 @group(0) @binding(11) var<storage, read> ends: array<u32>;
 @group(0) @binding(12) var<storage, read> neighbours: array<u32>;
 @group(0) @binding(13) var<storage, read> rows: array<Row>;
@@ -100,9 +110,9 @@ fn average(@builtin(global_invocation_id) id: vec3<u32>) {
     averaged[i] = vec4<f32>((samples[i].xyz + sum) / f32(1u + end - start), 0.0);
 }
 
-// Keeps where the vertices are, and empties the buckets.
+// Keeps where the vertices and their smoothed places are, and empties the buckets.
 @compute @workgroup_size(64)
-fn keep_found(@builtin(global_invocation_id) id: vec3<u32>) {
+fn keep_smoothed(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
     if (i < arrayLength(&heads)) {
         atomicStore(&heads[i], NONE);
@@ -114,8 +124,40 @@ fn keep_found(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var k = 0u; k < 8u; k++) {
         smoothed += averaged[rows[i].samples[k]].xyz * rows[i].weights[k];
     }
+    keep(i, smoothed);
+}
+
+// Keeps where the vertices and their outward normals are, and empties the buckets.
+@compute @workgroup_size(64)
+fn keep_layers(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i < arrayLength(&heads)) {
+        atomicStore(&heads[i], NONE);
+    }
+    if (i >= arrayLength(&places)) {
+        return;
+    }
+    var start = 0u;
+    if (i > 0u) {
+        start = ends[i - 1u];
+    }
+    let own = now[i].xyz;
+    var sum = vec3<f32>();
+    for (var k = start; k < ends[i]; k++) {
+        let corner = now[neighbours[2u * k]].xyz - own;
+        sum += cross(corner, now[neighbours[2u * k + 1u]].xyz - own);
+    }
+    let size = length(sum);
+    var outward = vec3<f32>();
+    if (size > 0.0) {
+        outward = sum / size * places[i].position.w;
+    }
+    keep(i, outward);
+}
+
+fn keep(i: u32, compared: vec3<f32>) {
     let cell = vec3<i32>(floor(now[i].xyz / CELL_M));
-    found[i] = Found(now[i], vec4<f32>(smoothed, 0.0), vec4<i32>(cell, 0));
+    found[i] = Found(now[i], vec4<f32>(compared, 0.0), vec4<i32>(cell, 0));
 }
 
 // Bucket of a cell; their number is a power of two.
@@ -124,7 +166,7 @@ fn bucket(cell: vec3<i32>, buckets: u32) -> u32 {
     return bitcast<u32>(mixed) & (buckets - 1u);
 }
 
-// Sorts the first vertices at their places into buckets.
+// Sorts the vertices that are pushed into buckets.
 @compute @workgroup_size(64)
 fn fill_buckets(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
@@ -135,30 +177,58 @@ fn fill_buckets(@builtin(global_invocation_id) id: vec3<u32>) {
     before[i] = atomicExchange(&heads[bucket(cell, arrayLength(&heads))], i);
 }
 
+// Direction from a vertex to another one along the smoothed shape, and the weight of the pair.
+fn along_shape(i: u32, other: u32) -> vec4<f32> {
+    let on_shape = found[other].compared.xyz - found[i].compared.xyz;
+    let size = length(on_shape);
+    let apart = size / (APART * GAP);
+    let at_rest = places[other].compared.xyz - places[i].compared.xyz;
+    let rest = places[other].position.xyz - places[i].position.xyz;
+    // Written so that NaN pushes nothing.
+    if (!(apart > 1.0 && dot(rest, at_rest) / length(at_rest) >= GAP)) {
+        return vec4<f32>();
+    }
+    return vec4<f32>(on_shape / size, min(2.0 * (apart - 1.0), 1.0));
+}
+
+// Direction from a vertex to one of another layer along the normal of both, and the weight of the pair.
+fn along_normal(i: u32, other: u32) -> vec4<f32> {
+    let own_normal = found[i].compared.xyz;
+    let other_normal = found[other].compared.xyz;
+    let rise = places[other].height - places[i].height;
+    let rest = places[other].position.xyz - places[i].position.xyz;
+    let cosine = dot(own_normal, other_normal);
+    if (!(abs(rise) >= LAYER * GAP && length(rest) < REACH * GAP && cosine > LEAST_COSINE)) {
+        return vec4<f32>();
+    }
+    let at_rest = normalize(places[i].compared.xyz + places[other].compared.xyz) * sign(rise);
+    if (!(dot(rest, at_rest) >= GAP)) {
+        return vec4<f32>();
+    }
+    let agreement = (cosine - LEAST_COSINE) / (1.0 - LEAST_COSINE);
+    return vec4<f32>(normalize(own_normal + other_normal) * sign(rise), min(2.0 * agreement, 1.0));
+}
+
 // Push of a vertex by another one, in half least distances, times its weight; and the weight.
 fn push_by(i: u32, other: u32) -> vec4<f32> {
     let between = found[other].position.xyz - found[i].position.xyz;
     let near = dot(between, between) / (NEAR * GAP * NEAR * GAP);
-    let on_shape = found[other].smoothed.xyz - found[i].smoothed.xyz;
-    let size = length(on_shape);
-    let apart = size / (APART * GAP);
-    // Written so that NaN pushes nothing.
-    if (!(near < 1.0 && apart > 1.0)) {
+    if (!(near < 1.0)) {
         return vec4<f32>();
     }
-    let along = on_shape / size;
-    let at_rest = places[other].smoothed.xyz - places[i].smoothed.xyz;
-    let rest = places[other].position.xyz - places[i].position.xyz;
-    if (!(dot(between, along) < KEPT * GAP && dot(rest, at_rest) / length(at_rest) >= GAP)) {
-        return vec4<f32>();
+    var direction = vec4<f32>();
+    if (OF_LAYERS) {
+        direction = along_normal(i, other);
+    } else {
+        direction = along_shape(i, other);
     }
-    let distance = dot(now[other].xyz - now[i].xyz, along);
-    let all_missing = 1.0 - distance / GAP;
-    if (!(all_missing > 0.0)) {
+    let along = direction.xyz;
+    let all_missing = 1.0 - dot(now[other].xyz - now[i].xyz, along) / GAP;
+    if (!(direction.w > 0.0 && dot(between, along) < KEPT * GAP && all_missing > 0.0)) {
         return vec4<f32>();
     }
     let missing = min(all_missing, MOST_MISSING);
-    let weight = (1.0 - near) * min(2.0 * (apart - 1.0), 1.0) * min(2.0 * missing, 1.0);
+    let weight = (1.0 - near) * direction.w * min(2.0 * missing, 1.0);
     return vec4<f32>(along * (-weight * missing), weight);
 }
 
@@ -194,7 +264,7 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
         let sum = pushes(i);
         let left = select(0.0, vectors[SHARE], FADES);
         let half = 0.5 * (1.0 - left * left) * GAP;
-        position += sum.xyz * (half * places[i].smoothed.w / max(sum.w, 1.0));
+        position += sum.xyz * (half * places[i].compared.w / max(sum.w, 1.0));
     }
     after[i] = vec4<f32>(position, 0.0);
 }

@@ -1,16 +1,19 @@
-//! Order of the cloth along its smoothed shape on the device.
+//! Order of the cloth with itself on the device.
 
 use super::{levels::Levels, sweep::Positions};
 use crate::{
     GpuContext, GpuError,
-    animator::Buffers,
+    animator::{Buffers, OrderBuffers},
     kernel::{Dispatch, GROUP, Kernel, Source},
 };
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use unic_core::projection::{
-    SMOOTHING_ROUNDS, StrainProjection,
-    order::{APART_GAPS, CELL, KEPT_GAPS, MOST_MISSING_GAPS, NEAR_GAPS, OrderPlace, SheetOrder},
+    Freedom, SMOOTHING_ROUNDS,
+    order::{
+        APART_GAPS, CELL, LAYER_GAPS, LAYERS, LEAST_COSINE, LayerOrder, MOST_MISSING_GAPS, OrderDistances,
+        REACH_GAPS, SHEET, SheetOrder,
+    },
 };
 use wgpu::Buffer;
 
@@ -23,14 +26,23 @@ pub(crate) const FOUND_BYTES: usize = 48;
 /// Order of one garment on the device. Asset.
 #[derive(Debug)]
 pub(crate) struct Order {
-    buckets: usize,
+    kind: Kind,
     places: Buffer,
-    /// End of the neighbours of each sample, and the neighbours.
-    ends: Buffer,
-    neighbours: Buffer,
-    samples: usize,
     vertices: usize,
     kernels: Kernels,
+}
+
+/// What the order follows, with what its directions are computed from.
+#[derive(Debug)]
+enum Kind {
+    /// The smoothed shape. End of the neighbours of each sample, and the neighbours.
+    Sheet {
+        ends: Buffer,
+        neighbours: Buffer,
+        samples: usize,
+    },
+    /// The normals of layers. End of the faces around each vertex, and their other corners.
+    Layers { ends: Buffer, corners: Buffer },
 }
 
 /// Place in the memory layout of `order.wgsl`.
@@ -38,7 +50,19 @@ pub(crate) struct Order {
 #[repr(C)]
 struct Place {
     position: Vec4,
-    smoothed: Vec4,
+    compared: Vec4,
+    /// Height, then nothing.
+    height: [f32; 4],
+}
+
+/// Numbers of an order that its kernels are compiled with.
+#[derive(Clone, Copy)]
+struct Constants {
+    of_layers: bool,
+    gap_m: f32,
+    distances: OrderDistances,
+    /// Place in an animator's vectors of the share of a given garment that is left.
+    share: usize,
 }
 
 /// Compiled kernels of `order.wgsl`, by their entry points.
@@ -46,16 +70,17 @@ struct Place {
 struct Kernels {
     gather_smoothed: Kernel,
     average: Kernel,
-    keep_found: Kernel,
+    keep_smoothed: Kernel,
+    keep_layers: Kernel,
     fill_buckets: Kernel,
     push: Kernel,
     /// The same, scaled for a given garment.
     fading_push: Kernel,
 }
 
-/// Number of buckets of the vertices of an order: a power of two.
-pub(crate) fn buckets(order: &SheetOrder) -> usize {
-    order.places().len().next_power_of_two()
+/// Number of buckets of this number of vertices: a power of two.
+pub(crate) fn buckets(vertices: usize) -> usize {
+    vertices.next_power_of_two()
 }
 
 /// Size of pushes for a garment that was given.
@@ -68,66 +93,131 @@ pub(super) enum Pushes {
 }
 
 impl Order {
-    /// Uploads the order of a garment; `share` is the place in an animator's vectors of the share of a
-    /// given garment that is left.
-    pub(super) fn new(
+    /// Uploads the order of a garment along its smoothed shape; `share` is the place in an animator's
+    /// vectors of the share of a given garment that is left.
+    pub(super) fn of_sheet(
         context: &GpuContext,
-        projection: &StrainProjection,
         order: &SheetOrder,
+        freedom: &Freedom,
         share: usize,
     ) -> Self {
-        let place = |(vertex, place): (u32, &OrderPlace)| Place {
+        let places = (0..).zip(order.places()).map(|(vertex, place)| Place {
             position: Vec3::from(place.position).extend(f32::from(u8::from(place.is_first))),
-            smoothed: Vec3::from(place.smoothed).extend(projection.freedom().of(vertex)),
-        };
-        let places: Vec<Place> = (0..).zip(order.places()).map(place).collect();
+            compared: Vec3::from(place.smoothed).extend(freedom.of(vertex)),
+            height: [0.0; 4],
+        });
         let shape = order.shape();
-        Self {
-            buckets: buckets(order),
-            places: context.upload("places in order", &places),
+        let kind = Kind::Sheet {
             ends: context.upload("ends of neighbours", shape.ends()),
             neighbours: context.upload("neighbours of samples", shape.neighbours()),
             samples: shape.ends().len(),
+        };
+        let constants = Constants {
+            of_layers: false,
+            gap_m: order.gap_m(),
+            distances: SHEET,
+            share,
+        };
+        Self::new(context, kind, places.collect(), constants)
+    }
+
+    /// Uploads the order of a garment's layers; `share` as above.
+    pub(super) fn of_layers(
+        context: &GpuContext,
+        order: &LayerOrder,
+        freedom: &Freedom,
+        share: usize,
+    ) -> Self {
+        let places = (0..).zip(order.places()).map(|(vertex, place)| Place {
+            position: Vec3::from(place.position).extend(place.side),
+            compared: Vec3::from(place.outward).extend(freedom.of(vertex)),
+            height: [place.height_m, 0.0, 0.0, 0.0],
+        });
+        let kind = Kind::Layers {
+            ends: context.upload("ends of faces", order.ends()),
+            corners: context.upload("corners of faces", order.corners()),
+        };
+        let constants = Constants {
+            of_layers: true,
+            gap_m: order.gap_m(),
+            distances: LAYERS,
+            share,
+        };
+        Self::new(context, kind, places.collect(), constants)
+    }
+
+    fn new(context: &GpuContext, kind: Kind, places: Vec<Place>, constants: Constants) -> Self {
+        Self {
+            kind,
+            places: context.upload("places in order", &places),
             vertices: places.len(),
-            kernels: Kernels::new(context, order, share),
+            kernels: Kernels::new(context, constants),
         }
     }
 
-    /// Makes the dispatches that find the smoothed shape of the positions, and sort these into buckets.
+    /// The buffers of this order.
+    fn buffers<'a>(&self, buffers: &'a Buffers) -> &'a OrderBuffers {
+        match self.kind {
+            Kind::Sheet { .. } => &buffers.sheet_order,
+            Kind::Layers { .. } => &buffers.layer_order,
+        }
+    }
+
+    /// Makes the dispatches that find what the order follows at these positions, and sort the vertices
+    /// into buckets. None along the smoothed shape without coarse levels.
     pub(super) fn find(
         &self,
         buffers: &Buffers,
-        levels: &Levels,
+        levels: Option<&Levels>,
         positions: &Buffer,
     ) -> Result<Vec<Dispatch>, GpuError> {
-        let kernels = &self.kernels;
-        let groups = |count: usize| count.div_ceil(GROUP);
-        let [mut samples, mut averaged] = buffers.samples.each_ref();
-        let gather = [(6, positions), (8, samples), (10, levels.sample_vertices())];
-        let mut dispatches = vec![kernels.gather_smoothed.dispatch(&gather, groups(self.samples))?];
-        for _ in 0..SMOOTHING_ROUNDS {
-            let bindings = [
-                (8, samples),
-                (9, averaged),
-                (11, &self.ends),
-                (12, &self.neighbours),
-            ];
-            dispatches.push(kernels.average.dispatch(&bindings, groups(self.samples))?);
-            (samples, averaged) = (averaged, samples);
-        }
-        let (found, heads) = ((2, &buffers.found), (3, &buffers.heads));
-        let keep = [
-            found,
-            heads,
-            (6, positions),
-            (9, samples),
-            (13, levels.vertex_rows()),
-        ];
-        let all = groups(self.buckets.max(self.vertices));
-        dispatches.push(kernels.keep_found.dispatch(&keep, all)?);
-        let fill = [(1, &self.places), found, heads, (5, &buffers.before)];
+        let OrderBuffers { found, heads, before } = self.buffers(buffers);
+        let (kernels, groups) = (&self.kernels, |count: usize| count.div_ceil(GROUP));
+        let all = groups(buckets(self.vertices));
+        let (places, found, heads, now) = ((1, &self.places), (2, found), (3, heads), (6, positions));
+        let mut dispatches = match (&self.kind, levels) {
+            (Kind::Layers { ends, corners }, _) => {
+                let keep = [places, found, heads, now, (11, ends), (12, corners)];
+                vec![kernels.keep_layers.dispatch(&keep, all)?]
+            }
+            (Kind::Sheet { .. }, Some(levels)) => {
+                let (mut dispatches, samples) = self.smooth(buffers, levels, positions)?;
+                let keep = [found, heads, now, (9, samples), (13, levels.vertex_rows())];
+                dispatches.push(kernels.keep_smoothed.dispatch(&keep, all)?);
+                dispatches
+            }
+            (Kind::Sheet { .. }, None) => return Ok(Vec::new()),
+        };
+        let fill = [places, found, heads, (5, before)];
         dispatches.push(kernels.fill_buckets.dispatch(&fill, groups(self.vertices))?);
         Ok(dispatches)
+    }
+
+    /// Makes the dispatches that average the samples of the finest level, and returns where they are then.
+    fn smooth<'a>(
+        &self,
+        buffers: &'a Buffers,
+        levels: &Levels,
+        positions: &Buffer,
+    ) -> Result<(Vec<Dispatch>, &'a Buffer), GpuError> {
+        let [mut samples, mut averaged] = buffers.samples.each_ref();
+        let Kind::Sheet {
+            ends,
+            neighbours,
+            samples: count,
+        } = &self.kind
+        else {
+            return Ok((Vec::new(), samples));
+        };
+        let groups = count.div_ceil(GROUP);
+        let gather = [(6, positions), (8, samples), (10, levels.sample_vertices())];
+        let mut dispatches = vec![self.kernels.gather_smoothed.dispatch(&gather, groups)?];
+        for _ in 0..SMOOTHING_ROUNDS {
+            let bindings = [(8, samples), (9, averaged), (11, ends), (12, neighbours)];
+            dispatches.push(self.kernels.average.dispatch(&bindings, groups)?);
+            (samples, averaged) = (averaged, samples);
+        }
+        Ok((dispatches, samples))
     }
 
     /// Makes the dispatch that pushes the found pairs into their order.
@@ -141,12 +231,13 @@ impl Order {
             Pushes::Whole => &self.kernels.push,
             Pushes::Fading => &self.kernels.fading_push,
         };
+        let OrderBuffers { found, heads, before } = self.buffers(buffers);
         let bindings = [
             (0, &buffers.vectors),
             (1, &self.places),
-            (2, &buffers.found),
-            (4, &buffers.heads),
-            (5, &buffers.before),
+            (2, found),
+            (4, heads),
+            (5, before),
             (6, positions.now),
             (7, positions.other),
         ];
@@ -157,21 +248,26 @@ impl Order {
 }
 
 impl Kernels {
-    fn new(context: &GpuContext, order: &SheetOrder, share: usize) -> Self {
+    fn new(context: &GpuContext, constants: Constants) -> Self {
         let number = |value: f32| f64::from(value);
         let [x, y, z] = BUCKET_FACTORS.map(f64::from);
-        let cell = ("CELL_M", number(CELL * NEAR_GAPS * order.gap_m()));
+        let OrderDistances { near, kept } = constants.distances;
+        let cell = ("CELL_M", number(CELL * near * constants.gap_m));
         let push = |fades: f64| {
             [
-                ("GAP", number(order.gap_m())),
-                ("NEAR", number(NEAR_GAPS)),
-                ("APART", number(APART_GAPS)),
-                ("KEPT", number(KEPT_GAPS)),
+                ("OF_LAYERS", f64::from(u8::from(constants.of_layers))),
+                ("GAP", number(constants.gap_m)),
+                ("NEAR", number(near)),
+                ("KEPT", number(kept)),
                 ("MOST_MISSING", number(MOST_MISSING_GAPS)),
+                ("APART", number(APART_GAPS)),
+                ("LAYER", number(LAYER_GAPS)),
+                ("REACH", number(REACH_GAPS)),
+                ("LEAST_COSINE", number(LEAST_COSINE)),
                 ("FACTOR_X", x),
                 ("FACTOR_Y", y),
                 ("FACTOR_Z", z),
-                ("SHARE", share as f64),
+                ("SHARE", constants.share as f64),
                 ("FADES", fades),
             ]
         };
@@ -187,7 +283,8 @@ impl Kernels {
         Self {
             gather_smoothed: kernel("gather_smoothed", &[]),
             average: kernel("average", &[]),
-            keep_found: kernel("keep_found", &[cell]),
+            keep_smoothed: kernel("keep_smoothed", &[cell]),
+            keep_layers: kernel("keep_layers", &[cell]),
             fill_buckets: kernel("fill_buckets", &factors),
             push: kernel("push", &push(0.0)),
             fading_push: kernel("push", &push(1.0)),

@@ -16,7 +16,9 @@ mod robust;
 
 use common::largest_distance;
 use device::{context, gpu_animator};
-use models::{fine_model, folded_model, masked_fine_model, model, with_projection, without_levels};
+use models::{
+    fine_model, folded_model, masked_fine_model, model, pleated_model, with_projection, without_levels,
+};
 use std::sync::Arc;
 use unic_core::{Animator, AnimatorState, Model, Start, animator::VertexState, config::IntersectionMode};
 use unic_gpu::{GpuAnimator, Precision};
@@ -139,6 +141,24 @@ fn pushes_into_the_order_of_the_cloth_agree_with_the_cpu() {
         return;
     };
     let mut without = Animator::new(folded_model(0.0));
+    without.set_intersection(IntersectionMode::Off);
+    reset(&mut cpu, &mut gpu);
+    let poses = common::motion(1);
+    let start = common::input(&poses, 0);
+    let shown = without.reset(&start, Start::MeanShape).unwrap().positions;
+    let apart = largest_distance(shown, cpu.garment().positions);
+    assert!(apart > 5.0 * TOLERANCE, "pushes move vertices by {apart} m");
+    compare_fine(&model, cpu, gpu);
+}
+
+#[test]
+fn pushes_between_layers_agree_with_the_cpu() {
+    let model = pleated_model(0.15);
+    assert!(model.projection().unwrap().layers().is_some());
+    let Some((mut cpu, mut gpu)) = start(&model, IntersectionMode::Off) else {
+        return;
+    };
+    let mut without = Animator::new(pleated_model(0.0));
     without.set_intersection(IntersectionMode::Off);
     reset(&mut cpu, &mut gpu);
     let poses = common::motion(1);

@@ -66,6 +66,29 @@ pub(crate) fn folded_model(order: f32) -> Arc<Model> {
     Arc::new(Model::new(parts).unwrap())
 }
 
+/// Fine model in pleats around the tube, whose mean shape has their layers inside out.
+pub(crate) fn pleated_model(layers: f32) -> Arc<Model> {
+    const RINGS: usize = 6;
+    const THICK: f32 = 0.01;
+    let mut parts = fine_model("second order", 0.27).to_parts();
+    let vertices = parts.garment.rest.vertices.iter_mut();
+    for (p, mean) in vertices.zip(&mut parts.prior.mean) {
+        let ring = ((p.y - 0.5) / 0.8 * 79.0).round() as usize;
+        let (layer, along) = (ring / RINGS % 3, ring % RINGS);
+        // The middle layer runs back.
+        let along = if layer == 1 { RINGS - 1 - along } else { along };
+        p.y = 0.5 + 0.8 / 79.0 * (RINGS * (ring / RINGS / 3) + along) as f32;
+        let outwards = Vec3::new(p.x, 0.0, p.z).normalize();
+        let (height, rise) = (1.0 - layer as f32, 2.0 * along as f32 / RINGS as f32);
+        *p += outwards * (THICK * (height + rise));
+        *mean -= outwards * (1.3 * THICK * height);
+    }
+    let model = with_projection(parts);
+    let mut parts = model.to_parts();
+    parts.config.projection.as_mut().unwrap().layers = layers;
+    Arc::new(Model::new(parts).unwrap())
+}
+
 /// The same model without coarse levels.
 pub(crate) fn without_levels(model: &Model) -> Arc<Model> {
     let mut parts = model.to_parts();

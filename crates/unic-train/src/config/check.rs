@@ -157,9 +157,10 @@ impl TrainConfig {
             "none",
             !p.order.is_empty(),
         )?;
-        for &value in &p.order {
+        let orders = p.order.iter().map(|&order| ("projection.order", order));
+        for (what, value) in orders.chain([("projection.layers", p.layers)]) {
             let is_order = value == 0.0 || (ProjectionConfig::LEAST_ORDER..=1.0).contains(&value);
-            ensure("projection.order", "0, or 0.05 to 1", value, is_order)?;
+            ensure(what, "0, or 0.05 to 1", value, is_order)?;
         }
         for (what, found) in [
             ("projection.coarse_sweeps", p.coarse_sweeps),

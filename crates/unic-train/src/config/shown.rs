@@ -29,6 +29,10 @@ pub struct ProjectionSettings {
     /// were any.
     #[serde(default = "no_order")]
     pub order: Vec<f32>,
+    /// Least distance between layers of cloth that lie on each other at rest, in mean edge lengths, that
+    /// pushes restore; 0 for no pushes, as in settings that were saved before there were any.
+    #[serde(default)]
+    pub layers: f32,
     /// Time constant of an offset's return to the prediction, seconds.
     pub pull_s: f32,
     /// Time constant of an offset's velocity, seconds.
@@ -46,6 +50,7 @@ impl Default for ProjectionSettings {
             bending_sweeps,
             bending,
             order,
+            layers,
             pull_s,
             carry_s,
             radius_m,
@@ -58,6 +63,7 @@ impl Default for ProjectionSettings {
             bending_sweeps,
             bending: vec![bending, 0.35, 1.0, 0.2, 0.1],
             order: vec![order, 0.2, 0.35, 0.5],
+            layers,
             pull_s,
             carry_s,
             radius_m,
@@ -75,6 +81,7 @@ impl ProjectionSettings {
             // Settings without any are refused.
             bending: self.bending.first().copied().unwrap_or(f32::NAN),
             order: self.order.first().copied().unwrap_or(f32::NAN),
+            layers: self.layers,
             pull_s: self.pull_s,
             carry_s: self.carry_s,
             radius_m: self.radius_m,

@@ -1,9 +1,17 @@
 //! Search for the pairs of vertices that may have to push each other.
 
-use super::{APART_GAPS, CELL, KEPT_GAPS, MOST_COMPARED, NEAR_GAPS, OrderPlace, Pair};
+use super::Pair;
 use crate::{parallel::for_each_chunk, projection::sweep::PART};
 use glam::{IVec3, Vec3A};
 use std::ops::Range;
+
+/// Size of a cell of the search by the distance from which vertices are no pair: a little more than 1,
+/// so that rounding hides no pair.
+pub const CELL: f32 = 1.01;
+
+/// Largest number of other vertices that each one is compared with, on average over a part of the
+/// garment. A limit for shapes that have gone wrong.
+const MOST_COMPARED: usize = 512;
 
 /// Bits of each index of a cell in its key.
 const BITS: u32 = 21;
@@ -16,51 +24,65 @@ const FARTHEST: i32 = (1 << (BITS - 1)) - 2;
 /// of each column are those of three cells, one above the other.
 const COLUMNS: [[i64; 2]; 4] = [[0, 1], [1, -1], [1, 0], [1, 1]];
 
+/// A vertex that is compared with others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Compared {
+    /// Position, metres.
+    pub(super) position: Vec3A,
+    /// What its rule compares beside the position: a vector, and a number.
+    pub(super) vector: Vec3A,
+    pub(super) number: f32,
+}
+
+/// Which vertices are a pair.
+pub(super) trait Rule: Sync {
+    /// Distance from which vertices are no pair, metres.
+    fn near_m(&self) -> f32;
+
+    /// Returns whether two vertices that are near each other may be a pair, before a root is taken.
+    fn may_be_pair(&self, own: &Compared, other: &Compared) -> bool;
+
+    /// Returns the pair of two vertices that may be one.
+    fn pair(&self, ends: [u32; 2], own: &Compared, other: &Compared) -> Option<Pair>;
+}
+
 /// Buffers of the search.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SearchScratch {
     /// Keys of cells with the vertices there, in ascending order.
     keys: Vec<(u64, u32)>,
-    /// Positions and places on the smoothed shape in that order.
-    sorted: Vec<[Vec3A; 2]>,
+    /// The vertices in that order.
+    sorted: Vec<Compared>,
 }
 
 /// Vertices in the order of their cells. Those of neighbouring cells in a column follow each other.
-pub(super) struct Search<'a> {
-    places: &'a [OrderPlace],
-    gap_m: f32,
+pub(super) struct Search<'a, R> {
+    rule: R,
     keys: &'a [(u64, u32)],
-    sorted: &'a [[Vec3A; 2]],
+    sorted: &'a [Compared],
 }
 
-impl<'a> Search<'a> {
-    /// Sorts the first vertices at their places, given the positions of all vertices and their places on
-    /// the smoothed shape.
+impl<'a, R: Rule> Search<'a, R> {
+    /// Sorts some vertices at their places, given the positions of all vertices, metres, and what is
+    /// compared.
     pub(super) fn new(
-        places: &'a [OrderPlace],
-        gap_m: f32,
+        rule: R,
+        vertices: impl Iterator<Item = u32>,
         positions: &[Vec3A],
-        smoothed: &[Vec3A],
+        compared: impl Fn(u32) -> Compared,
         scratch: &'a mut SearchScratch,
     ) -> Self {
         let SearchScratch { keys, sorted } = scratch;
-        let size = CELL * NEAR_GAPS * gap_m;
-        let cell_of = |p: &Vec3A| (*p / size).floor().as_ivec3();
-        let origin = positions.first().map_or(IVec3::ZERO, cell_of);
-        let firsts = (0..).zip(places).zip(positions);
-        let firsts = firsts.filter(|((_, place), _)| place.is_first);
+        let size = CELL * rule.near_m();
+        let cell_of = |p: Vec3A| (p / size).floor().as_ivec3();
+        let origin = positions.first().map_or(IVec3::ZERO, |p| cell_of(*p));
+        let key_of = |vertex: u32| key(cell_of(positions[vertex as usize]).saturating_sub(origin));
         keys.clear();
-        keys.extend(firsts.map(|((vertex, _), p)| (key(cell_of(p).saturating_sub(origin)), vertex)));
+        keys.extend(vertices.map(|vertex| (key_of(vertex), vertex)));
         keys.sort_unstable();
-        let of_vertex = |&(_, vertex): &(u64, u32)| [positions, smoothed].map(|p| p[vertex as usize]);
         sorted.clear();
-        sorted.extend(keys.iter().map(of_vertex));
-        Self {
-            places,
-            gap_m,
-            keys,
-            sorted,
-        }
+        sorted.extend(keys.iter().map(|(_, vertex)| compared(*vertex)));
+        Self { rule, keys, sorted }
     }
 
     /// Finds the pairs, part by part of the sorted vertices.
@@ -113,41 +135,15 @@ impl<'a> Search<'a> {
 
     /// Compares a sorted vertex with others, and adds those that make a pair with it.
     fn compare(&self, vertex: usize, others: Range<usize>, pairs: &mut Vec<Pair>) {
-        let [position, smoothed] = self.sorted[vertex];
-        let near = (NEAR_GAPS * self.gap_m).powi(2);
-        let apart = (APART_GAPS * self.gap_m).powi(2);
-        for other in others {
-            let between = self.sorted[other][0] - position;
-            let is_near = between.length_squared() < near;
-            if !is_near {
-                continue;
-            }
-            let on_shape = self.sorted[other][1] - smoothed;
-            let (squared, along) = (on_shape.length_squared(), between.dot(on_shape));
-            // Few pairs come so far that a root is taken.
-            let is_far = along > 0.0 && along * along > (KEPT_GAPS * self.gap_m).powi(2) * squared;
-            if squared > apart && !is_far {
-                let ends = [vertex, other].map(|v| self.keys[v].1);
-                pairs.extend(self.pair(ends, between, on_shape));
+        let own = &self.sorted[vertex];
+        let near = self.rule.near_m().powi(2);
+        for (place, other) in others.clone().zip(&self.sorted[others]) {
+            let is_near = (other.position - own.position).length_squared() < near;
+            if is_near && self.rule.may_be_pair(own, other) {
+                let ends = [vertex, place].map(|v| self.keys[v].1);
+                pairs.extend(self.rule.pair(ends, own, other));
             }
         }
-    }
-
-    /// Returns the pair of two vertices, if they are in order at rest: others lie in folds that are sewn
-    /// in, or on a part that smoothing turns.
-    fn pair(&self, ends: [u32; 2], between: Vec3A, on_shape: Vec3A) -> Option<Pair> {
-        let [a, b] = ends.map(|v| self.places[v as usize]);
-        let at_rest = b.smoothed - a.smoothed;
-        let rest = (b.position - a.position).dot(at_rest) / at_rest.length();
-        let length = on_shape.length();
-        let near = between.length_squared() / (NEAR_GAPS * self.gap_m).powi(2);
-        let apart = length / (APART_GAPS * self.gap_m);
-        // False for NaN, too.
-        (rest >= self.gap_m).then(|| Pair {
-            ends,
-            along: on_shape / length,
-            weight: (1.0 - near) * (2.0 * (apart - 1.0)).min(1.0),
-        })
     }
 }
 

@@ -2,7 +2,10 @@
 //! and cloth in order, sewn-in folds, fixed vertices and given cloth stay.
 
 use super::{
-    super::order::{APART_GAPS, KEPT_GAPS, MOST_MISSING_GAPS, NEAR_GAPS, OrderScratch},
+    super::{
+        OrderScratch,
+        order::{APART_GAPS, MOST_MISSING_GAPS, SHEET},
+    },
     *,
 };
 use std::collections::BTreeSet;
@@ -26,6 +29,7 @@ fn folded(overhang: f32) -> Vec<Vec3> {
 fn ordered(mesh: &TriMesh, mask: Option<&[f32]>) -> StrainProjection {
     let config = ProjectionConfig {
         order: ORDER,
+        layers: 0.0,
         ..config()
     };
     inextensible(config, mesh, mask)
@@ -47,16 +51,15 @@ impl Pushed {
 
     /// Finds pairs and pushes them once. Returns their number.
     fn once(&mut self, projection: &StrainProjection, share: f32) -> usize {
-        let order = projection
-            .found_order(&self.positions, &mut self.scratch)
-            .unwrap();
-        order.push(
-            share,
-            projection.freedom(),
-            &mut self.scratch,
-            &mut self.positions,
-        );
-        self.scratch.pairs().count()
+        projection.find_pairs(&self.positions, &mut self.scratch);
+        projection.push_pairs(share, &mut self.scratch, &mut self.positions);
+        self.pairs().count()
+    }
+
+    /// Ends of the pairs that were found.
+    fn pairs(&self) -> impl Iterator<Item = [u32; 2]> {
+        let OrderScratch { sheet, layers } = &self.scratch;
+        sheet.pairs.ends().chain(layers.pairs.ends())
     }
 }
 
@@ -159,11 +162,7 @@ fn the_search_finds_the_pairs_of_a_comparison_of_all() {
     let mut pushed = Pushed::new(&positions);
     let start = pushed.positions.clone();
     pushed.once(&projection, 0.0);
-    let found: Vec<[u32; 2]> = pushed
-        .scratch
-        .pairs()
-        .map(|[a, b]| [a.min(b), a.max(b)])
-        .collect();
+    let found: Vec<[u32; 2]> = pushed.pairs().map(|[a, b]| [a.min(b), a.max(b)]).collect();
     let distinct: BTreeSet<[u32; 2]> = found.iter().copied().collect();
     assert_eq!(distinct.len(), found.len());
     let mut smoothed = Vec::new();
@@ -175,9 +174,9 @@ fn the_search_finds_the_pairs_of_a_comparison_of_all() {
         let (between, on_shape) = (start[b] - start[a], smoothed[b] - smoothed[a]);
         let [a, b] = [a, b].map(|v| order.places()[v]);
         let at_rest = b.smoothed - a.smoothed;
-        between.length() < NEAR_GAPS * gap
+        between.length() < SHEET.near * gap
             && on_shape.length() > APART_GAPS * gap
-            && between.dot(on_shape.normalize()) < KEPT_GAPS * gap
+            && between.dot(on_shape.normalize()) < SHEET.kept * gap
             && (b.position - a.position).dot(at_rest.normalize()) >= gap
     };
     let count = (N * N) as u32;
@@ -210,7 +209,7 @@ fn vertices_at_one_place_are_pushed_once_and_stay_together() {
     let projection = ordered(&mesh, None);
     let mut pushed = Pushed::new(&predicted);
     assert!(pushed.once(&projection, 1.0) > 300);
-    assert!(pushed.scratch.pairs().flatten().all(|v| v < count));
+    assert!(pushed.pairs().flatten().all(|v| v < count));
     let shown = Sheet::new(predicted.len(), Quat::IDENTITY).tick(&projection, &predicted);
     for (i, &v) in row.iter().enumerate() {
         assert_eq!(shown[count as usize + i], shown[v as usize]);
@@ -268,17 +267,10 @@ fn crumpled_cloth_is_compared_with_a_limit_and_wild_vertices_push_no_others() {
     // About 700,000 without a limit for each of the four parts.
     assert!((100_000..512 * N * N).contains(&found), "{found} pairs");
     let mut pushed = Pushed::new(&folded(0.025));
-    let order = projection
-        .found_order(&pushed.positions, &mut pushed.scratch)
-        .unwrap();
-    let wild = pushed.scratch.pairs().next().unwrap()[0] as usize;
+    projection.find_pairs(&pushed.positions, &mut pushed.scratch);
+    let wild = pushed.pairs().next().unwrap()[0] as usize;
     pushed.positions[wild] = Vec3A::NAN;
-    order.push(
-        1.0,
-        projection.freedom(),
-        &mut pushed.scratch,
-        &mut pushed.positions,
-    );
+    projection.push_pairs(1.0, &mut pushed.scratch, &mut pushed.positions);
     let finite = pushed.positions.iter().filter(|p| p.is_finite()).count();
     assert_eq!(finite, N * N - 1);
     pushed.positions[9] = Vec3A::splat(1e30);
