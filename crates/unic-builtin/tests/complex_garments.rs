@@ -11,10 +11,17 @@ use glam::{IVec3, Vec3};
 use mesh_checks::*;
 use std::collections::HashMap;
 use unic_builtin::{
-    garments::{GarmentError, GarmentMesh, PleatedDress, Robe, TulleSkirt},
+    garments::{FlaredSkirt, GarmentError, GarmentMesh, PleatedDress, Robe, TShirt, TulleSkirt},
     human::{HumanParameters, human},
 };
-use unic_core::{character::Character, mesh::TriMesh, surface::Surface, topology::edges};
+use unic_core::{
+    character::Character,
+    config::ProjectionConfig,
+    mesh::TriMesh,
+    projection::{StrainLimit, StrainProjection, limited_pairs},
+    surface::Surface,
+    topology::edges,
+};
 
 fn characters() -> Vec<(&'static str, Character)> {
     let built_in = human(&HumanParameters::default()).unwrap();
@@ -271,6 +278,44 @@ fn robes_are_sound() {
         let names: Vec<&str> = garment.attachments.iter().map(|a| a.name.as_str()).collect();
         assert_eq!(names, ["sash", "waist"]);
     }
+}
+
+/// Share of the vertices of a garment that the strain projection keeps in the order of their layers.
+fn layered_share(garment: &GarmentMesh) -> f32 {
+    let config = ProjectionConfig {
+        coarse_sweeps: 0,
+        ..ProjectionConfig::default()
+    };
+    let length = StrainLimit {
+        shortest: 0.0,
+        longest: f32::MAX,
+    };
+    let rest = &garment.mesh;
+    let limits = limited_pairs(&config, rest).iter().map(|_| length).collect();
+    let projection = StrainProjection::new(config, rest, None, limits).unwrap();
+    let layered = projection.layers().map_or(0, |layers| {
+        let pushed = layers.places().iter().filter(|place| place.side != 0.0);
+        pushed.count()
+    });
+    layered as f32 / rest.vertices.len() as f32
+}
+
+#[test]
+fn the_strain_projection_knows_which_garments_have_layers() {
+    let body = human(&HumanParameters::default()).unwrap();
+    let shirt = TShirt::default().make(&body).unwrap();
+    let skirt = FlaredSkirt::default().make(&body).unwrap();
+    assert_eq!([shirt, skirt].map(|garment| layered_share(&garment)), [0.0; 2]);
+    let dress = PleatedDress::default().make(&body).unwrap();
+    let tulle = TulleSkirt::default().make(&body).unwrap();
+    let robe = Robe::default().make(&body).unwrap();
+    let shares = [dress, tulle, robe].map(|garment| layered_share(&garment));
+    // The pleats of the dress without the edges of their folds, all of the tulle but its waistband, and
+    // the sash, the collar and the lap of the robe.
+    assert!(
+        shares[0] > 0.4 && shares[1] > 0.5 && (0.02..0.5).contains(&shares[2]),
+        "{shares:?}"
+    );
 }
 
 #[test]

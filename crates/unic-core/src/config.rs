@@ -51,7 +51,7 @@ pub struct ProjectionConfig {
     #[serde(default)]
     pub order: f32,
     /// Least distance between layers of cloth that lie on each other at rest, in mean edge lengths at
-    /// rest, that pushes restore, see [`projection::order`](crate::projection::order). No pushes where
+    /// rest, that pushes restore. Layers that are closer at rest are not pushed, see [`projection::order`](crate::projection::order). No pushes where
     /// it is 0, as in files that were written before there were any.
     #[serde(default)]
     pub layers: f32,
@@ -84,13 +84,25 @@ impl ProjectionConfig {
     /// Largest number of sweeps. Without a limit a damaged file could stop an animator.
     pub const MOST_SWEEPS: usize = 1000;
 
-    /// Smallest order, and distance between layers, above 0. Cells of a search for closer vertices would
-    /// be too small.
+    /// Smallest order above 0. Cells of a search for closer vertices would be too small.
     pub const LEAST_ORDER: f32 = 0.05;
+
+    /// Largest distance between layers: others are not near each other.
+    pub const MOST_LAYERS: f32 = 0.5;
 
     /// Number of sweeps over all hinges and free edges in a tick.
     pub fn hinge_sweeps(&self) -> usize {
         self.bending_sweeps.min(self.sweeps)
+    }
+
+    /// Returns whether a value of [`ProjectionConfig::order`] is accepted.
+    pub fn is_order(order: f32) -> bool {
+        order == 0.0 || (Self::LEAST_ORDER..=1.0).contains(&order)
+    }
+
+    /// Returns whether a value of [`ProjectionConfig::layers`] is accepted.
+    pub fn is_layers(layers: f32) -> bool {
+        (0.0..=Self::MOST_LAYERS).contains(&layers)
     }
 
     /// Checks all values.
@@ -104,12 +116,10 @@ impl ProjectionConfig {
         sweeps("projection.bending_sweeps", self.bending_sweeps)?;
         let (what, share) = ("projection.bending", self.bending);
         check(what, "0 to 1", share, (0.0..=1.0).contains(&share))?;
-        let order = |what, order: f32| {
-            let is_order = order == 0.0 || (Self::LEAST_ORDER..=1.0).contains(&order);
-            check(what, "0, or 0.05 to 1", order, is_order)
-        };
-        order("projection.order", self.order)?;
-        order("projection.layers", self.layers)?;
+        let (what, order) = ("projection.order", self.order);
+        check(what, "0, or 0.05 to 1", order, Self::is_order(order))?;
+        let (what, layers) = ("projection.layers", self.layers);
+        check(what, "0 to 0.5", layers, Self::is_layers(layers))?;
         let positive = |what, value: f32| check(what, "above 0", value, value > 0.0 && value.is_finite());
         positive("projection.pull_s", self.pull_s)?;
         positive("projection.carry_s", self.carry_s)?;
@@ -514,6 +524,30 @@ mod tests {
         change(&mut config, &mut state);
         config.state = StateConfig::Displacement(state);
         config.check(5).unwrap_err().what
+    }
+
+    #[test]
+    fn distances_of_pushes_are_refused_outside_their_range() {
+        let what = |config: ProjectionConfig| config.check().map_err(|error| error.what);
+        let default = ProjectionConfig::default();
+        for order in [0.01, 1.1, -0.2, f32::NAN] {
+            assert_eq!(
+                what(ProjectionConfig { order, ..default }),
+                Err("projection.order")
+            );
+        }
+        for layers in [0.51, -0.1, f32::NAN] {
+            assert_eq!(
+                what(ProjectionConfig { layers, ..default }),
+                Err("projection.layers")
+            );
+        }
+        let limits = ProjectionConfig {
+            order: 1.0,
+            layers: 0.5,
+            ..default
+        };
+        assert_eq!(what(limits), Ok(()));
     }
 
     #[test]

@@ -21,8 +21,8 @@
 //! 3. A few Gauss-Seidel sweeps over the edges bring each length into its limits (position-based
 //!    dynamics, Müller et al. 2007). Sweeps over hinges between them smooth the offset by the
 //!    quadratic bending energy of Bergou et al. 2006. Free edges, which have no hinges, are smoothed
-//!    by their third differences. Between the last sweeps, pushes keep folds from passing through
-//!    themselves ([`order`]).
+//!    by their third differences. Between the last sweeps, pushes keep folds and layers from
+//!    passing through each other ([`order`]).
 //! 4. What is left is the offset of this tick.
 //!
 //! The prediction itself is not changed: it continues as if there were no projection.
@@ -231,11 +231,12 @@ impl StrainProjection {
         let stencils = stencils.iter().map(|s| Stencil::new(s, &freedom));
         let limits_of_chords = &limits[ends.len()..];
         let levels = levels.map(|topology| Levels::new(topology, rest, &config, &freedom, limits_of_chords));
-        let mean_length = mean_length(rest, &ends);
-        let gaps_m = [config.order, config.layers].map(|order| order * mean_length);
-        let order = levels.as_ref().filter(|_| gaps_m[0] > 0.0);
-        let order = order.and_then(|levels| SheetOrder::new(gaps_m[0], rest, &first_at_place, levels));
-        let layers = (gaps_m[1] > 0.0).then(|| LayerOrder::new(gaps_m[1], rest, &faces, &first_at_place));
+        let edge_m = mean_length(rest, &ends);
+        let order = levels.as_ref().filter(|_| config.order > 0.0);
+        let order =
+            order.and_then(|levels| SheetOrder::new(config.order * edge_m, rest, &first_at_place, levels));
+        let layers = (config.layers > 0.0)
+            .then(|| LayerOrder::new([config.layers, edge_m], rest, &faces, &first_at_place));
         Ok(Self {
             levels,
             order,

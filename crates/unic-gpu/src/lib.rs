@@ -80,7 +80,8 @@
 //!   shown cloth in order. It does not sink vertices out of parts that may not push them, lift faces
 //!   that the body pokes through, or spread corrections over the garment. Raised layers are pushed
 //!   out of other parts by the second push alone. Where two body faces are equally near to a vertex,
-//!   rounding decides which of them pushes it.
+//!   rounding decides which of them pushes it. It also decides for pairs of layers whose distances at
+//!   rest are those from which they count.
 //! - After these pushes the [strain projection](unic_core::projection) relaxes edges and hinges in the
 //!   CPU's sweeps and planes. It starts from positions without the parts named above, so shown positions
 //!   near the body differ from the CPU's. States and offsets differ where vertices sink on the CPU

@@ -94,6 +94,8 @@ impl Projection {
             };
             Sweep::new(context, &constraints)
         };
+        let levels = projection.levels();
+        let levels = levels.and_then(|levels| Levels::new(context, levels, projection.freedom(), rest));
         Self {
             vertices: model.vertex_count(),
             sweeps: config.sweeps,
@@ -101,9 +103,8 @@ impl Projection {
             firsts: context.upload("firsts", projection.first_at_place()),
             bending: sweep(projection.stencil_colours().collect()),
             edges: sweep(Vec::new()),
-            levels: (projection.levels())
-                .and_then(|levels| Levels::new(context, levels, projection.freedom(), rest)),
-            orders: orders(context, projection, share),
+            orders: orders(context, projection, levels.as_ref(), share),
+            levels,
             kernels: Kernels::new(context, model, projection, share),
         }
     }
@@ -257,10 +258,15 @@ impl Projection {
     }
 }
 
-/// Uploads the orders of a garment, see [`Projection::new`].
-fn orders(context: &GpuContext, projection: &StrainProjection, share: usize) -> Vec<Order> {
+/// Uploads the orders of a garment, see [`Projection::new`]. That along the smoothed shape needs levels.
+fn orders(
+    context: &GpuContext,
+    projection: &StrainProjection,
+    levels: Option<&Levels>,
+    share: usize,
+) -> Vec<Order> {
     let freedom = projection.freedom();
-    let sheet = projection.order();
+    let sheet = projection.order().filter(|_| levels.is_some());
     let sheet = sheet.map(|order| Order::of_sheet(context, order, freedom, share));
     let layers = projection.layers();
     let layers = layers.map(|order| Order::of_layers(context, order, freedom, share));

@@ -1,15 +1,15 @@
 //! Order of the cloth with itself.
 //!
 //! Sweeps lengthen the edges of a prediction that is too short. Its folds then grow narrow necks, where
-//! their flanks pass through each other, and layers that lie on each other pass through each other as
-//! well. Pushes bring vertices that are close to each other back into the order that they have at rest:
+//! their flanks pass through each other. So do the layers of a pleat, which a prediction moves one by
+//! one. Pushes bring vertices that are close to each other back into the order that they have at rest:
 //!
-//! - along the smoothed shape ([`SheetOrder`]): there the flanks of a fold that crosses itself lie in
+//! - along the smoothed shape ([`SheetOrder`]), where the flanks of a fold that crosses itself lie in
 //!   reversed order;
-//! - along the normal of the cloth ([`LayerOrder`]): pleats and other cloth that is sewn on top of itself
-//!   has layers, of which the outer one stays outside.
+//! - along the normals of layers that lie on each other at rest ([`LayerOrder`]), of which the outer
+//!   one stays outside.
 //!
-//! Other implementations of a step read the constants here and the places of both.
+//! Other implementations of a step read the constants here, and the places and distances of both.
 
 mod layers;
 mod search;
@@ -18,9 +18,9 @@ mod sheet;
 use super::freedom::Freedom;
 use glam::{Vec3A, Vec4};
 
-pub use layers::{LAYER_GAPS, LAYERS, LEAST_COSINE, LayerOrder, LayerPlace, REACH_GAPS};
+pub use layers::{LEAST_COSINE, LayerOrder, LayerPlace};
 pub use search::CELL;
-pub use sheet::{APART_GAPS, OrderPlace, SHEET, SheetOrder};
+pub use sheet::{APART_GAPS, OrderPlace, SheetOrder};
 
 pub(super) use layers::LayerScratch;
 pub(super) use sheet::SheetScratch;
@@ -29,18 +29,18 @@ pub(super) use sheet::SheetScratch;
 /// the other sweeps over the edges between them.
 pub const ORDER_PASSES: usize = 3;
 
-/// Largest distance that one push makes up for, gaps. A limit for shapes that have gone wrong.
+/// Largest distance that one push makes up for, in least distances of its order. A limit for shapes that have gone wrong.
 pub const MOST_MISSING_GAPS: f32 = 4.0;
 
-/// Distances of an order, in gaps: the least distance that its pushes keep.
+/// Distances of the pairs of an order, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrderDistances {
     /// Distance from which vertices do not push each other. Weights fade towards it, so that no pair
     /// acts at once.
-    pub near: f32,
+    pub near_m: f32,
     /// Distance in the order up to which pairs are kept for the pushes of a tick: sweeps between the
     /// pushes may bring them closer.
-    pub kept: f32,
+    pub kept_m: f32,
 }
 
 /// Two vertices that push each other where their distance is too small.

@@ -30,13 +30,19 @@ struct Row {
 
 // Whether the order is that of layers.
 override OF_LAYERS: bool;
-// Least distance in the order, metres. The following six are in multiples of it.
+// Least distance in the order, metres.
 override GAP: f32;
-override NEAR: f32;
-override KEPT: f32;
+// Largest distance that one push makes up for, in least distances.
 override MOST_MISSING: f32;
+// Distance from which vertices do not push each other, metres.
+override NEAR: f32;
+// Distance in the order up to which pairs are kept, metres.
+override KEPT: f32;
+// Distance on the smoothed shape from which pairs count, metres.
 override APART: f32;
-override LAYER: f32;
+// Least difference of heights of two layers, metres.
+override LEAST_RISE: f32;
+// Distance at rest from which two layers do not push each other, metres.
 override REACH: f32;
 // Least cosine between the normals of two layers.
 override LEAST_COSINE: f32;
@@ -98,10 +104,7 @@ fn average(@builtin(global_invocation_id) id: vec3<u32>) {
     if (i >= arrayLength(&ends)) {
         return;
     }
-    var start = 0u;
-    if (i > 0u) {
-        start = ends[i - 1u];
-    }
+    let start = list_start(i);
     let end = ends[i];
     var sum = vec3<f32>();
     for (var k = start; k < end; k++) {
@@ -110,13 +113,19 @@ fn average(@builtin(global_invocation_id) id: vec3<u32>) {
     averaged[i] = vec4<f32>((samples[i].xyz + sum) / f32(1u + end - start), 0.0);
 }
 
+// Start of the neighbours or faces of one sample or vertex.
+fn list_start(i: u32) -> u32 {
+    if (i > 0u) {
+        return ends[i - 1u];
+    }
+    return 0u;
+}
+
 // Keeps where the vertices and their smoothed places are, and empties the buckets.
 @compute @workgroup_size(64)
 fn keep_smoothed(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
-    if (i < arrayLength(&heads)) {
-        atomicStore(&heads[i], NONE);
-    }
+    empty_bucket(i);
     if (i >= arrayLength(&rows)) {
         return;
     }
@@ -131,19 +140,13 @@ fn keep_smoothed(@builtin(global_invocation_id) id: vec3<u32>) {
 @compute @workgroup_size(64)
 fn keep_layers(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
-    if (i < arrayLength(&heads)) {
-        atomicStore(&heads[i], NONE);
-    }
+    empty_bucket(i);
     if (i >= arrayLength(&places)) {
         return;
     }
-    var start = 0u;
-    if (i > 0u) {
-        start = ends[i - 1u];
-    }
     let own = now[i].xyz;
     var sum = vec3<f32>();
-    for (var k = start; k < ends[i]; k++) {
+    for (var k = list_start(i); k < ends[i]; k++) {
         let corner = now[neighbours[2u * k]].xyz - own;
         sum += cross(corner, now[neighbours[2u * k + 1u]].xyz - own);
     }
@@ -153,6 +156,12 @@ fn keep_layers(@builtin(global_invocation_id) id: vec3<u32>) {
         outward = sum / size * places[i].position.w;
     }
     keep(i, outward);
+}
+
+fn empty_bucket(i: u32) {
+    if (i < arrayLength(&heads)) {
+        atomicStore(&heads[i], NONE);
+    }
 }
 
 fn keep(i: u32, compared: vec3<f32>) {
@@ -181,7 +190,7 @@ fn fill_buckets(@builtin(global_invocation_id) id: vec3<u32>) {
 fn along_shape(i: u32, other: u32) -> vec4<f32> {
     let on_shape = found[other].compared.xyz - found[i].compared.xyz;
     let size = length(on_shape);
-    let apart = size / (APART * GAP);
+    let apart = size / APART;
     let at_rest = places[other].compared.xyz - places[i].compared.xyz;
     let rest = places[other].position.xyz - places[i].position.xyz;
     // Written so that NaN pushes nothing.
@@ -198,7 +207,7 @@ fn along_normal(i: u32, other: u32) -> vec4<f32> {
     let rise = places[other].height - places[i].height;
     let rest = places[other].position.xyz - places[i].position.xyz;
     let cosine = dot(own_normal, other_normal);
-    if (!(abs(rise) >= LAYER * GAP && length(rest) < REACH * GAP && cosine > LEAST_COSINE)) {
+    if (!(abs(rise) >= LEAST_RISE && length(rest) < REACH && cosine > LEAST_COSINE)) {
         return vec4<f32>();
     }
     let at_rest = normalize(places[i].compared.xyz + places[other].compared.xyz) * sign(rise);
@@ -212,7 +221,7 @@ fn along_normal(i: u32, other: u32) -> vec4<f32> {
 // Push of a vertex by another one, in half least distances, times its weight; and the weight.
 fn push_by(i: u32, other: u32) -> vec4<f32> {
     let between = found[other].position.xyz - found[i].position.xyz;
-    let near = dot(between, between) / (NEAR * GAP * NEAR * GAP);
+    let near = dot(between, between) / (NEAR * NEAR);
     if (!(near < 1.0)) {
         return vec4<f32>();
     }
@@ -224,7 +233,7 @@ fn push_by(i: u32, other: u32) -> vec4<f32> {
     }
     let along = direction.xyz;
     let all_missing = 1.0 - dot(now[other].xyz - now[i].xyz, along) / GAP;
-    if (!(direction.w > 0.0 && dot(between, along) < KEPT * GAP && all_missing > 0.0)) {
+    if (!(direction.w > 0.0 && dot(between, along) < KEPT && all_missing > 0.0)) {
         return vec4<f32>();
     }
     let missing = min(all_missing, MOST_MISSING);

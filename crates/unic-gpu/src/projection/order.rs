@@ -10,10 +10,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use unic_core::projection::{
     Freedom, SMOOTHING_ROUNDS,
-    order::{
-        APART_GAPS, CELL, LAYER_GAPS, LAYERS, LEAST_COSINE, LayerOrder, MOST_MISSING_GAPS, OrderDistances,
-        REACH_GAPS, SHEET, SheetOrder,
-    },
+    order::{APART_GAPS, CELL, LEAST_COSINE, LayerOrder, MOST_MISSING_GAPS, OrderDistances, SheetOrder},
 };
 use wgpu::Buffer;
 
@@ -32,17 +29,21 @@ pub(crate) struct Order {
     kernels: Kernels,
 }
 
-/// What the order follows, with what its directions are computed from.
+/// Direction of the order, with the lists that it is computed from.
 #[derive(Debug)]
 enum Kind {
-    /// The smoothed shape. End of the neighbours of each sample, and the neighbours.
-    Sheet {
-        ends: Buffer,
-        neighbours: Buffer,
-        samples: usize,
-    },
-    /// The normals of layers. End of the faces around each vertex, and their other corners.
+    /// Along the smoothed shape.
+    Sheet(Smoothing),
+    /// Along the normals of layers. End of the faces around each vertex, and their other corners.
     Layers { ends: Buffer, corners: Buffer },
+}
+
+/// End of the neighbours of each sample of the smoothed shape, and the neighbours.
+#[derive(Debug)]
+struct Smoothing {
+    ends: Buffer,
+    neighbours: Buffer,
+    samples: usize,
 }
 
 /// Place in the memory layout of `order.wgsl`.
@@ -55,14 +56,14 @@ struct Place {
     height: [f32; 4],
 }
 
-/// Numbers of an order that its kernels are compiled with.
+/// Lengths of an order that its kernels are compiled with, metres.
 #[derive(Clone, Copy)]
-struct Constants {
-    of_layers: bool,
-    gap_m: f32,
+struct Lengths {
+    gap: f32,
     distances: OrderDistances,
-    /// Place in an animator's vectors of the share of a given garment that is left.
-    share: usize,
+    /// Least difference of heights, and distance at rest; 0 along the smoothed shape.
+    least_rise: f32,
+    reach: f32,
 }
 
 /// Compiled kernels of `order.wgsl`, by their entry points.
@@ -107,21 +108,22 @@ impl Order {
             height: [0.0; 4],
         });
         let shape = order.shape();
-        let kind = Kind::Sheet {
+        let kind = Kind::Sheet(Smoothing {
             ends: context.upload("ends of neighbours", shape.ends()),
             neighbours: context.upload("neighbours of samples", shape.neighbours()),
             samples: shape.ends().len(),
+        });
+        let lengths = Lengths {
+            gap: order.gap_m(),
+            distances: order.distances(),
+            least_rise: 0.0,
+            reach: 0.0,
         };
-        let constants = Constants {
-            of_layers: false,
-            gap_m: order.gap_m(),
-            distances: SHEET,
-            share,
-        };
-        Self::new(context, kind, places.collect(), constants)
+        Self::new(context, kind, places.collect(), lengths, share)
     }
 
-    /// Uploads the order of a garment's layers; `share` as above.
+    /// Uploads the order of a garment's layers; `share` is the place in an animator's vectors of the share
+    /// of a given garment that is left.
     pub(super) fn of_layers(
         context: &GpuContext,
         order: &LayerOrder,
@@ -137,21 +139,21 @@ impl Order {
             ends: context.upload("ends of faces", order.ends()),
             corners: context.upload("corners of faces", order.corners()),
         };
-        let constants = Constants {
-            of_layers: true,
-            gap_m: order.gap_m(),
-            distances: LAYERS,
-            share,
+        let lengths = Lengths {
+            gap: order.gap_m(),
+            distances: order.distances(),
+            least_rise: order.least_rise_m(),
+            reach: order.reach_m(),
         };
-        Self::new(context, kind, places.collect(), constants)
+        Self::new(context, kind, places.collect(), lengths, share)
     }
 
-    fn new(context: &GpuContext, kind: Kind, places: Vec<Place>, constants: Constants) -> Self {
+    fn new(context: &GpuContext, kind: Kind, places: Vec<Place>, lengths: Lengths, share: usize) -> Self {
         Self {
-            kind,
             places: context.upload("places in order", &places),
             vertices: places.len(),
-            kernels: Kernels::new(context, constants),
+            kernels: Kernels::new(context, &kind, lengths, share),
+            kind,
         }
     }
 
@@ -163,8 +165,8 @@ impl Order {
         }
     }
 
-    /// Makes the dispatches that find what the order follows at these positions, and sort the vertices
-    /// into buckets. None along the smoothed shape without coarse levels.
+    /// Makes the dispatches that find the directions of the order at these positions, and sort the vertices
+    /// into buckets. The smoothed shape is that of the coarse levels.
     pub(super) fn find(
         &self,
         buffers: &Buffers,
@@ -175,49 +177,23 @@ impl Order {
         let (kernels, groups) = (&self.kernels, |count: usize| count.div_ceil(GROUP));
         let all = groups(buckets(self.vertices));
         let (places, found, heads, now) = ((1, &self.places), (2, found), (3, heads), (6, positions));
-        let mut dispatches = match (&self.kind, levels) {
+        let mut dispatches = Vec::new();
+        match (&self.kind, levels) {
             (Kind::Layers { ends, corners }, _) => {
                 let keep = [places, found, heads, now, (11, ends), (12, corners)];
-                vec![kernels.keep_layers.dispatch(&keep, all)?]
+                dispatches.push(kernels.keep_layers.dispatch(&keep, all)?);
             }
-            (Kind::Sheet { .. }, Some(levels)) => {
-                let (mut dispatches, samples) = self.smooth(buffers, levels, positions)?;
+            (Kind::Sheet(smoothing), Some(levels)) => {
+                let samples = smoothing.run(kernels, buffers, levels, positions, &mut dispatches)?;
                 let keep = [found, heads, now, (9, samples), (13, levels.vertex_rows())];
                 dispatches.push(kernels.keep_smoothed.dispatch(&keep, all)?);
-                dispatches
             }
-            (Kind::Sheet { .. }, None) => return Ok(Vec::new()),
-        };
+            // `orders` makes no such order.
+            (Kind::Sheet(_), None) => return Ok(dispatches),
+        }
         let fill = [places, found, heads, (5, before)];
         dispatches.push(kernels.fill_buckets.dispatch(&fill, groups(self.vertices))?);
         Ok(dispatches)
-    }
-
-    /// Makes the dispatches that average the samples of the finest level, and returns where they are then.
-    fn smooth<'a>(
-        &self,
-        buffers: &'a Buffers,
-        levels: &Levels,
-        positions: &Buffer,
-    ) -> Result<(Vec<Dispatch>, &'a Buffer), GpuError> {
-        let [mut samples, mut averaged] = buffers.samples.each_ref();
-        let Kind::Sheet {
-            ends,
-            neighbours,
-            samples: count,
-        } = &self.kind
-        else {
-            return Ok((Vec::new(), samples));
-        };
-        let groups = count.div_ceil(GROUP);
-        let gather = [(6, positions), (8, samples), (10, levels.sample_vertices())];
-        let mut dispatches = vec![self.kernels.gather_smoothed.dispatch(&gather, groups)?];
-        for _ in 0..SMOOTHING_ROUNDS {
-            let bindings = [(8, samples), (9, averaged), (11, ends), (12, neighbours)];
-            dispatches.push(self.kernels.average.dispatch(&bindings, groups)?);
-            (samples, averaged) = (averaged, samples);
-        }
-        Ok((dispatches, samples))
     }
 
     /// Makes the dispatch that pushes the found pairs into their order.
@@ -247,27 +223,52 @@ impl Order {
     }
 }
 
+impl Smoothing {
+    /// Adds the dispatches that average the samples of the finest level, and returns where they are then.
+    fn run<'a>(
+        &self,
+        kernels: &Kernels,
+        buffers: &'a Buffers,
+        levels: &Levels,
+        positions: &Buffer,
+        dispatches: &mut Vec<Dispatch>,
+    ) -> Result<&'a Buffer, GpuError> {
+        let [mut samples, mut averaged] = buffers.samples.each_ref();
+        let groups = self.samples.div_ceil(GROUP);
+        let gather = [(6, positions), (8, samples), (10, levels.sample_vertices())];
+        dispatches.push(kernels.gather_smoothed.dispatch(&gather, groups)?);
+        for _ in 0..SMOOTHING_ROUNDS {
+            let lists = [(11, &self.ends), (12, &self.neighbours)];
+            let bindings = [(8, samples), (9, averaged), lists[0], lists[1]];
+            dispatches.push(kernels.average.dispatch(&bindings, groups)?);
+            (samples, averaged) = (averaged, samples);
+        }
+        Ok(samples)
+    }
+}
+
 impl Kernels {
-    fn new(context: &GpuContext, constants: Constants) -> Self {
+    fn new(context: &GpuContext, kind: &Kind, lengths: Lengths, share: usize) -> Self {
         let number = |value: f32| f64::from(value);
         let [x, y, z] = BUCKET_FACTORS.map(f64::from);
-        let OrderDistances { near, kept } = constants.distances;
-        let cell = ("CELL_M", number(CELL * near * constants.gap_m));
+        let OrderDistances { near_m, kept_m } = lengths.distances;
+        let cell = ("CELL_M", number(CELL * near_m));
+        let of_layers = matches!(kind, Kind::Layers { .. });
         let push = |fades: f64| {
             [
-                ("OF_LAYERS", f64::from(u8::from(constants.of_layers))),
-                ("GAP", number(constants.gap_m)),
-                ("NEAR", number(near)),
-                ("KEPT", number(kept)),
+                ("OF_LAYERS", f64::from(u8::from(of_layers))),
+                ("GAP", number(lengths.gap)),
                 ("MOST_MISSING", number(MOST_MISSING_GAPS)),
-                ("APART", number(APART_GAPS)),
-                ("LAYER", number(LAYER_GAPS)),
-                ("REACH", number(REACH_GAPS)),
+                ("NEAR", number(near_m)),
+                ("KEPT", number(kept_m)),
+                ("APART", number(APART_GAPS * lengths.gap)),
+                ("LEAST_RISE", number(lengths.least_rise)),
+                ("REACH", number(lengths.reach)),
                 ("LEAST_COSINE", number(LEAST_COSINE)),
                 ("FACTOR_X", x),
                 ("FACTOR_Y", y),
                 ("FACTOR_Z", z),
-                ("SHARE", constants.share as f64),
+                ("SHARE", share as f64),
                 ("FADES", fades),
             ]
         };

@@ -153,12 +153,13 @@ fn pushes_into_the_order_of_the_cloth_agree_with_the_cpu() {
 
 #[test]
 fn pushes_between_layers_agree_with_the_cpu() {
-    let model = pleated_model(0.15);
-    assert!(model.projection().unwrap().layers().is_some());
+    let model = pleated_model([0.5, 0.15]);
+    let projection = model.projection().unwrap();
+    assert!(projection.layers().is_some() && projection.order().is_some());
     let Some((mut cpu, mut gpu)) = start(&model, IntersectionMode::Off) else {
         return;
     };
-    let mut without = Animator::new(pleated_model(0.0));
+    let mut without = Animator::new(pleated_model([0.5, 0.0]));
     without.set_intersection(IntersectionMode::Off);
     reset(&mut cpu, &mut gpu);
     let poses = common::motion(1);
@@ -169,29 +170,30 @@ fn pushes_between_layers_agree_with_the_cpu() {
     compare_fine(&model, cpu, gpu);
 }
 
-/// Folds of this garment are deep inside the body, where rounding decides for a way out, and layers on
+/// Folds of these garments are deep inside the body, where rounding decides for a way out, and layers on
 /// both sides of it.
 #[test]
 fn pushes_after_the_handling_agree_with_the_cpu() {
-    let model = folded_model(0.5);
-    let Some((mut cpu, mut gpu)) = start(&model, robust::SHOWN) else {
-        return;
-    };
-    let poses = common::motion(8);
-    reset(&mut cpu, &mut gpu);
-    let mut far = 0;
-    for t in 0..8 {
-        if t > 0 {
-            cpu.step(&common::input(&poses, t)).unwrap();
-            gpu.step(&common::input(&poses, t)).unwrap();
+    // Without these pushes on the device three quarters of the vertices differ.
+    for (model, most) in [(folded_model(0.5), 0.1), (pleated_model([0.0, 0.15]), 0.2)] {
+        let Some((mut cpu, mut gpu)) = start(&model, robust::SHOWN) else {
+            return;
+        };
+        let poses = common::motion(8);
+        reset(&mut cpu, &mut gpu);
+        let mut far = 0;
+        for t in 0..8 {
+            if t > 0 {
+                cpu.step(&common::input(&poses, t)).unwrap();
+                gpu.step(&common::input(&poses, t)).unwrap();
+            }
+            let found = gpu.read_back().unwrap().positions;
+            let pairs = found.iter().zip(cpu.garment().positions);
+            far += pairs.filter(|(a, b)| a.distance(**b) >= TOLERANCE).count();
         }
-        let found = gpu.read_back().unwrap().positions;
-        let pairs = found.iter().zip(cpu.garment().positions);
-        far += pairs.filter(|(a, b)| a.distance(**b) >= TOLERANCE).count();
+        let share = far as f32 / (8 * model.vertex_count()) as f32;
+        assert!(share < most, "{share}");
     }
-    // Four fifths without these pushes on the device.
-    let share = far as f32 / (8 * model.vertex_count()) as f32;
-    assert!(share < 0.1, "{share}");
 }
 
 #[test]

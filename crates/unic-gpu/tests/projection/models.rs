@@ -66,8 +66,9 @@ pub(crate) fn folded_model(order: f32) -> Arc<Model> {
     Arc::new(Model::new(parts).unwrap())
 }
 
-/// Fine model in pleats around the tube, whose mean shape has their layers inside out.
-pub(crate) fn pleated_model(layers: f32) -> Arc<Model> {
+/// Fine model in pleats around the tube, whose mean shape has their layers inside out, with an order along
+/// the smoothed shape and one of layers.
+pub(crate) fn pleated_model([order, layers]: [f32; 2]) -> Arc<Model> {
     const RINGS: usize = 6;
     const THICK: f32 = 0.01;
     let mut parts = fine_model("second order", 0.27).to_parts();
@@ -77,7 +78,7 @@ pub(crate) fn pleated_model(layers: f32) -> Arc<Model> {
         let (layer, along) = (ring / RINGS % 3, ring % RINGS);
         // The middle layer runs back.
         let along = if layer == 1 { RINGS - 1 - along } else { along };
-        p.y = 0.5 + 0.8 / 79.0 * (RINGS * (ring / RINGS / 3) + along) as f32;
+        p.y = 0.7 + 0.8 / 79.0 * (RINGS * (ring / RINGS / 3) + along) as f32;
         let outwards = Vec3::new(p.x, 0.0, p.z).normalize();
         let (height, rise) = (1.0 - layer as f32, 2.0 * along as f32 / RINGS as f32);
         *p += outwards * (THICK * (height + rise));
@@ -85,7 +86,8 @@ pub(crate) fn pleated_model(layers: f32) -> Arc<Model> {
     }
     let model = with_projection(parts);
     let mut parts = model.to_parts();
-    parts.config.projection.as_mut().unwrap().layers = layers;
+    let config = parts.config.projection.as_mut().unwrap();
+    (config.order, config.layers) = (order, layers);
     Arc::new(Model::new(parts).unwrap())
 }
 

@@ -157,11 +157,12 @@ impl TrainConfig {
             "none",
             !p.order.is_empty(),
         )?;
-        let orders = p.order.iter().map(|&order| ("projection.order", order));
-        for (what, value) in orders.chain([("projection.layers", p.layers)]) {
-            let is_order = value == 0.0 || (ProjectionConfig::LEAST_ORDER..=1.0).contains(&value);
-            ensure(what, "0, or 0.05 to 1", value, is_order)?;
+        for &value in &p.order {
+            let is_order = ProjectionConfig::is_order(value);
+            ensure("projection.order", "0, or 0.05 to 1", value, is_order)?;
         }
+        let is_layers = ProjectionConfig::is_layers(p.layers);
+        ensure("projection.layers", "0 to 0.5", p.layers, is_layers)?;
         for (what, found) in [
             ("projection.coarse_sweeps", p.coarse_sweeps),
             ("projection.sweeps", p.sweeps),

@@ -125,6 +125,23 @@ fn sizes_are_refused_unless_they_rise() {
 }
 
 #[test]
+fn distances_of_pushes_are_refused_outside_their_range() {
+    let of = |text: &str| {
+        let config = TrainConfig::preset(Preset::Standard);
+        config.with_assignments(&[text.to_owned()])
+    };
+    assert!(of("projection.layers=0").is_ok() && of("projection.order=[0.05]").is_ok());
+    for text in [
+        "projection.layers=0.6",
+        "projection.layers=-0.1",
+        "projection.order=[0.01]",
+    ] {
+        let found = of(text).unwrap_err().to_string();
+        assert!(found.contains(text.split('=').next().unwrap()), "{found}");
+    }
+}
+
+#[test]
 fn learning_rate_of_the_paper_rises_in_the_second_half_period() {
     let config = TrainConfig::preset(Preset::Paper);
     let third = config.optimiser.steps / 3;

@@ -29,8 +29,9 @@ const COLUMNS: [[i64; 2]; 4] = [[0, 1], [1, -1], [1, 0], [1, 1]];
 pub(super) struct Compared {
     /// Position, metres.
     pub(super) position: Vec3A,
-    /// What its rule compares beside the position: a vector, and a number.
+    /// Place on the smoothed shape, metres, or outward normal.
     pub(super) vector: Vec3A,
+    /// Height at rest, metres, or 0.
     pub(super) number: f32,
 }
 

@@ -12,8 +12,11 @@ use glam::Vec3A;
 
 // The numbers below suit the demo's skirt and T-shirt (docs/lab/intersections.md).
 
-/// Distances of this order.
-pub const SHEET: OrderDistances = OrderDistances { near: 3.0, kept: 1.5 };
+/// Distance from which vertices do not push each other, gaps.
+const NEAR_GAPS: f32 = 3.0;
+
+/// Distance along the smoothed shape up to which pairs are kept for the pushes of a tick, gaps.
+const KEPT_GAPS: f32 = 1.5;
 
 /// Distance on the smoothed shape from which pairs count, gaps: between closer places there is hardly
 /// a direction. Pairs have their whole weight from one and a half times this on.
@@ -80,6 +83,14 @@ impl SheetOrder {
         self.gap_m
     }
 
+    /// Distances of the pairs.
+    pub fn distances(&self) -> OrderDistances {
+        OrderDistances {
+            near_m: NEAR_GAPS * self.gap_m,
+            kept_m: KEPT_GAPS * self.gap_m,
+        }
+    }
+
     /// Smoothing of the shape.
     pub fn shape(&self) -> &SmoothedShape {
         &self.shape
@@ -104,10 +115,6 @@ impl SheetOrder {
             pairs,
         } = scratch;
         self.shape.smooth(levels, positions, samples, smoothed);
-        let rule = SheetRule {
-            places: &self.places,
-            gap_m: self.gap_m,
-        };
         let firsts = (0..).zip(&self.places).filter(|(_, place)| place.is_first);
         let vertices = firsts.map(|(vertex, _)| vertex);
         let compared = |vertex: u32| Compared {
@@ -115,26 +122,21 @@ impl SheetOrder {
             vector: smoothed[vertex as usize],
             number: 0.0,
         };
-        Search::new(rule, vertices, positions, compared, search).find(&mut pairs.by_part);
+        Search::new(self, vertices, positions, compared, search).find(&mut pairs.by_part);
     }
 }
 
 /// Vertices are compared by their places on the smoothed shape.
-struct SheetRule<'a> {
-    places: &'a [OrderPlace],
-    gap_m: f32,
-}
-
-impl Rule for SheetRule<'_> {
+impl Rule for &SheetOrder {
     fn near_m(&self) -> f32 {
-        SHEET.near * self.gap_m
+        self.distances().near_m
     }
 
     fn may_be_pair(&self, own: &Compared, other: &Compared) -> bool {
         let on_shape = other.vector - own.vector;
         let squared = on_shape.length_squared();
         let along = (other.position - own.position).dot(on_shape);
-        let is_far = along > 0.0 && along * along > (SHEET.kept * self.gap_m).powi(2) * squared;
+        let is_far = along > 0.0 && along * along > self.distances().kept_m.powi(2) * squared;
         squared > (APART_GAPS * self.gap_m).powi(2) && !is_far
     }
 
@@ -146,7 +148,7 @@ impl Rule for SheetRule<'_> {
         let rest = (b.position - a.position).dot(at_rest) / at_rest.length();
         let on_shape = other.vector - own.vector;
         let length = on_shape.length();
-        let near = other.position.distance_squared(own.position) / (SHEET.near * self.gap_m).powi(2);
+        let near = other.position.distance_squared(own.position) / self.near_m().powi(2);
         let apart = length / (APART_GAPS * self.gap_m);
         // False for NaN, too.
         (rest >= self.gap_m).then(|| Pair {

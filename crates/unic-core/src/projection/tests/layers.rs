@@ -2,10 +2,7 @@
 //! layers in order, opened pleats and garments without layers stay.
 
 use super::{
-    super::{
-        OrderScratch,
-        order::{LAYER_GAPS, LAYERS, LEAST_COSINE, REACH_GAPS},
-    },
+    super::{OrderScratch, order::LEAST_COSINE},
     *,
 };
 use std::collections::BTreeSet;
@@ -186,7 +183,7 @@ fn the_search_finds_the_layers_of_a_comparison_of_all() {
         .collect();
     let distinct: BTreeSet<[u32; 2]> = found.iter().copied().collect();
     assert_eq!(distinct.len(), found.len());
-    let gap = order.gap_m();
+    let (gap, distances) = (order.gap_m(), order.distances());
     let is_pair = |&[a, b]: &[u32; 2]| {
         let (between, places) = (
             positions[b as usize] - positions[a as usize],
@@ -196,11 +193,11 @@ fn the_search_finds_the_layers_of_a_comparison_of_all() {
         let [from, to] = [from * places[0].side, to * places[1].side];
         let rise = places[1].height_m - places[0].height_m;
         let at_rest = places[1].position - places[0].position;
-        between.length() < LAYERS.near * gap
-            && rise.abs() >= LAYER_GAPS * gap
+        between.length() < distances.near_m
+            && rise.abs() >= order.least_rise_m()
             && from.dot(to) > LEAST_COSINE
-            && between.dot((from + to).normalize() * rise.signum()) < LAYERS.kept * gap
-            && at_rest.length() < REACH_GAPS * gap
+            && between.dot((from + to).normalize() * rise.signum()) < distances.kept_m
+            && at_rest.length() < order.reach_m()
             && at_rest.dot((places[0].outward + places[1].outward).normalize() * rise.signum()) >= gap
     };
     let count = (N * N) as u32;
@@ -213,6 +210,58 @@ fn the_search_finds_the_layers_of_a_comparison_of_all() {
         "{} pairs, {differing} differ",
         expected.len()
     );
+}
+
+#[test]
+fn a_seam_in_a_pleat_stays_closed() {
+    let mut mesh = pleated(1.0);
+    // A seam along the third row, whose upper faces have vertices of their own.
+    let (row, count) = (2 * N as u32, (N * N) as u32);
+    mesh.vertices.extend_from_within(2 * N..3 * N);
+    for face in &mut mesh.faces {
+        if face.iter().any(|&v| v >= row + N as u32) {
+            *face = face.map(|v| {
+                if v / N as u32 == 2 {
+                    count + v % N as u32
+                } else {
+                    v
+                }
+            });
+        }
+    }
+    let mut predicted = pleated(-0.3).vertices;
+    predicted.extend_from_within(2 * N..3 * N);
+    let projection = layered(&mesh, None);
+    let mut scratch = OrderScratch::default();
+    projection.find_pairs(&aligned(&predicted), &mut scratch);
+    let ends: Vec<u32> = scratch.layers.pairs.ends().flatten().collect();
+    assert!(ends.iter().any(|v| v / N as u32 == 2) && ends.iter().all(|&v| v < count));
+    let shown = Sheet::new(predicted.len(), Quat::IDENTITY).tick(&projection, &predicted);
+    assert_eq!(shown[2 * N..3 * N], shown[N * N..]);
+}
+
+#[test]
+fn hems_that_are_folded_once_have_no_outside() {
+    let mut mesh = sheet(N);
+    for p in &mut mesh.vertices {
+        let column = p.x / CELL;
+        let (half, last) = (N as f32 / 2.0, N as f32 - 1.0);
+        if column >= half {
+            (p.x, p.z) = (CELL * (last - column), THICK);
+        }
+    }
+    assert!(layered(&mesh, None).layers().is_none());
+}
+
+#[test]
+fn vertices_without_faces_have_no_layer() {
+    let mut mesh = pleated(1.0);
+    mesh.vertices
+        .extend([Vec3::splat(1e30), Vec3::splat(-1e30), Vec3::new(0.1, 0.1, 0.001)]);
+    let projection = layered(&mesh, None);
+    let places = projection.layers().unwrap().places();
+    assert!(places[N * N..].iter().all(|place| place.side == 0.0));
+    assert!(places.iter().filter(|place| place.side != 0.0).count() > N * N / 2);
 }
 
 #[test]

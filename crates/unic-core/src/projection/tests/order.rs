@@ -4,7 +4,7 @@
 use super::{
     super::{
         OrderScratch,
-        order::{APART_GAPS, MOST_MISSING_GAPS, SHEET},
+        order::{APART_GAPS, MOST_MISSING_GAPS},
     },
     *,
 };
@@ -174,9 +174,9 @@ fn the_search_finds_the_pairs_of_a_comparison_of_all() {
         let (between, on_shape) = (start[b] - start[a], smoothed[b] - smoothed[a]);
         let [a, b] = [a, b].map(|v| order.places()[v]);
         let at_rest = b.smoothed - a.smoothed;
-        between.length() < SHEET.near * gap
+        between.length() < order.distances().near_m
             && on_shape.length() > APART_GAPS * gap
-            && between.dot(on_shape.normalize()) < SHEET.kept * gap
+            && between.dot(on_shape.normalize()) < order.distances().kept_m
             && (b.position - a.position).dot(at_rest.normalize()) >= gap
     };
     let count = (N * N) as u32;
