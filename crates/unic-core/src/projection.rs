@@ -236,7 +236,7 @@ impl StrainProjection {
         let order =
             order.and_then(|levels| SheetOrder::new(config.order * edge_m, rest, &first_at_place, levels));
         let layers = (config.layers > 0.0)
-            .then(|| LayerOrder::new([config.layers, edge_m], rest, &faces, &first_at_place));
+            .then(|| LayerOrder::new(config.layers, edge_m, rest, &faces, &first_at_place));
         Ok(Self {
             levels,
             order,

@@ -238,8 +238,8 @@ impl Smoothing {
         let gather = [(6, positions), (8, samples), (10, levels.sample_vertices())];
         dispatches.push(kernels.gather_smoothed.dispatch(&gather, groups)?);
         for _ in 0..SMOOTHING_ROUNDS {
-            let lists = [(11, &self.ends), (12, &self.neighbours)];
-            let bindings = [(8, samples), (9, averaged), lists[0], lists[1]];
+            let (ends, neighbours) = ((11, &self.ends), (12, &self.neighbours));
+            let bindings = [(8, samples), (9, averaged), ends, neighbours];
             dispatches.push(kernels.average.dispatch(&bindings, groups)?);
             (samples, averaged) = (averaged, samples);
         }

@@ -133,14 +133,12 @@ fn coarse_levels_agree_with_the_cpu() {
     compare_fine(&model, cpu, gpu);
 }
 
-#[test]
-fn pushes_into_the_order_of_the_cloth_agree_with_the_cpu() {
-    let model = folded_model(0.5);
-    assert!(model.projection().unwrap().order().is_some());
-    let Some((mut cpu, mut gpu)) = start(&model, IntersectionMode::Off) else {
+/// Compares a model with pushes on both devices, given the same without them.
+fn compare_pushes(model: &Arc<Model>, without: Arc<Model>) {
+    let Some((mut cpu, mut gpu)) = start(model, IntersectionMode::Off) else {
         return;
     };
-    let mut without = Animator::new(folded_model(0.0));
+    let mut without = Animator::new(without);
     without.set_intersection(IntersectionMode::Off);
     reset(&mut cpu, &mut gpu);
     let poses = common::motion(1);
@@ -148,7 +146,14 @@ fn pushes_into_the_order_of_the_cloth_agree_with_the_cpu() {
     let shown = without.reset(&start, Start::MeanShape).unwrap().positions;
     let apart = largest_distance(shown, cpu.garment().positions);
     assert!(apart > 5.0 * TOLERANCE, "pushes move vertices by {apart} m");
-    compare_fine(&model, cpu, gpu);
+    compare_fine(model, cpu, gpu);
+}
+
+#[test]
+fn pushes_into_the_order_of_the_cloth_agree_with_the_cpu() {
+    let model = folded_model(0.5);
+    assert!(model.projection().unwrap().order().is_some());
+    compare_pushes(&model, folded_model(0.0));
 }
 
 #[test]
@@ -156,18 +161,7 @@ fn pushes_between_layers_agree_with_the_cpu() {
     let model = pleated_model([0.5, 0.15]);
     let projection = model.projection().unwrap();
     assert!(projection.layers().is_some() && projection.order().is_some());
-    let Some((mut cpu, mut gpu)) = start(&model, IntersectionMode::Off) else {
-        return;
-    };
-    let mut without = Animator::new(pleated_model([0.5, 0.0]));
-    without.set_intersection(IntersectionMode::Off);
-    reset(&mut cpu, &mut gpu);
-    let poses = common::motion(1);
-    let start = common::input(&poses, 0);
-    let shown = without.reset(&start, Start::MeanShape).unwrap().positions;
-    let apart = largest_distance(shown, cpu.garment().positions);
-    assert!(apart > 5.0 * TOLERANCE, "pushes move vertices by {apart} m");
-    compare_fine(&model, cpu, gpu);
+    compare_pushes(&model, pleated_model([0.5, 0.0]));
 }
 
 /// Folds of these garments are deep inside the body, where rounding decides for a way out, and layers on

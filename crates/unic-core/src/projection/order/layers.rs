@@ -67,10 +67,12 @@ pub(in crate::projection) struct LayerScratch {
 }
 
 impl LayerOrder {
-    /// Prepares the order of a garment, given the least distance between layers in mean edge lengths,
-    /// that length in metres, and its faces with welded seams. None for a garment without layers.
+    /// Prepares the order of a garment, given the least distance `gap` between layers in mean edge
+    /// lengths, that length in metres, and its faces with welded seams. None for a garment without
+    /// layers.
     pub(in crate::projection) fn new(
-        [gap, edge_m]: [f32; 2],
+        gap: f32,
+        edge_m: f32,
         rest: &TriMesh,
         faces: &[[u32; 3]],
         first_at_place: &[u32],
