@@ -95,6 +95,7 @@ pub fn check() -> Result<(), Interrupted> {
     }
 }
 
-fn interrupted() -> Interrupted {
+/// The failure of interrupted work without anything to save.
+pub(crate) fn interrupted() -> Interrupted {
     Interrupted("interrupted; no unfinished file is left behind".into())
 }

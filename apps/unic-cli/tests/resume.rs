@@ -63,7 +63,7 @@ fn an_interrupted_prior_continues_to_the_same_model() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    // The settings are written with the first step of the recurrence.
+    // The settings are written after the first step of the recurrence.
     wait_for(&folder.join("cut.run/config.toml"));
     interrupt(&child);
     let output = child.wait_with_output().unwrap();

@@ -126,7 +126,8 @@ impl Preparation<'_> {
         let this = Mutex::new(&mut *self);
         let watch = |done: u64, all: u64| {
             let mut following = locked(&state);
-            if following.saving.is_none() {
+            // Before the first step there is nothing to save, nor to continue from.
+            if following.saving.is_none() && done > 0 {
                 following.saving = Some(interrupt::begin_saving());
                 following.begun = locked(&this).begin();
             }
@@ -144,6 +145,8 @@ impl Preparation<'_> {
         drop(following.progress);
         following.begun?;
         match fitted {
+            // Before the first step: the run has no files yet.
+            Err(TrainError::Stopped) if self.new.is_some() => Err(interrupt::interrupted().into()),
             Err(TrainError::Stopped) => Err(Interrupted(format!(
                 "stopped while the prior was trained, which is saved; continue with `{}`",
                 self.run.resume_command
