@@ -1,6 +1,8 @@
 //! Skeleton poses and motion vectors of a clip, computed once and shared by all predictors.
 
+use glam::Vec3;
 use unic_core::{
+    character::Character,
     clip::Clip,
     motion::{MotionInput, MotionSpec, MotionState},
     skeleton::Skeleton,
@@ -148,5 +150,20 @@ impl PreparedClip {
     /// Returns whether there are no frames.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Writes the positions of the body's vertices in a frame, world space, metres: the captured ones,
+    /// or else those of linear blend skinning.
+    pub fn pose_body(&self, character: &Character, frame: usize, out: &mut Vec<Vec3>) {
+        match &self.captured.body {
+            Some(body) => {
+                out.clear();
+                out.extend_from_slice(body.frame(frame));
+            }
+            None => {
+                let world_from_rest = self.kinematics.world_from_rest(frame);
+                (character.weights).skin(&character.body.vertices, world_from_rest, out);
+            }
+        }
     }
 }

@@ -225,17 +225,7 @@ impl Body {
 
     /// Poses the body in one frame and refits its trees.
     fn pose(&mut self, character: &Character, clip: &PreparedClip, frame: usize) {
-        match &clip.captured.body {
-            Some(body) => {
-                self.vertices.clear();
-                self.vertices.extend_from_slice(body.frame(frame));
-            }
-            None => {
-                let world_from_rest = clip.kinematics.world_from_rest(frame);
-                let rest = &character.body.vertices;
-                character.weights.skin(rest, world_from_rest, &mut self.vertices);
-            }
-        }
+        clip.pose_body(character, frame, &mut self.vertices);
         vertex_normals(&self.vertices, &self.faces, &mut self.normals);
         self.tree.refit(&self.vertices);
         self.surface.refit(&self.vertices);

@@ -14,8 +14,8 @@ pub use check::SettingsError;
 pub use length::PUBLISHED_EPOCHS;
 pub use presets::Preset;
 pub use products::Products;
-pub(crate) use shown::ProjectionSettings;
 pub use shown::ReplaySettings;
+pub(crate) use shown::{MOST_CHORD_DEVIATIONS, ProjectionSettings};
 
 use serde::{Deserialize, Serialize};
 use unic_core::{

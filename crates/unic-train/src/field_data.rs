@@ -11,7 +11,7 @@ use crate::{
     prior::{FittedPrior, PriorTrainer, UnseenClip},
     processor::Processor,
     scales::{PriorFit, measure},
-    strain::strain_limits,
+    strain::MeasuredStrain,
 };
 use held_out::{ClipLists, HeldOut};
 use unic_core::{
@@ -19,7 +19,6 @@ use unic_core::{
     features::RestBox,
     motion::{MotionSpec, Normalisation},
     prior::Prior,
-    projection::StrainLimit,
 };
 use unic_eval::PreparedClip;
 use unic_io::Capture;
@@ -47,8 +46,8 @@ pub struct FieldData {
     /// without the clip. In the fit that holds clips out, the priors of the other clips have seen
     /// those.
     pub coefficients: Vec<Vec<Vec<f32>>>,
-    /// Limits of edge lengths in the training clips, for the strain projection; empty without one.
-    pub strain_limits: Vec<StrainLimit>,
+    /// Lengths of edges and chords in the training clips, for the strain projection; empty without one.
+    pub(crate) strain: MeasuredStrain,
     /// Motions that judge strain projection and replay beside the validation clips.
     pub(crate) judges: Vec<Judge>,
     /// Bounding box of the rest shape.
@@ -120,7 +119,7 @@ impl FieldData {
         let all = Self {
             rest_box: RestBox::of(&data.capture.garment.rest.vertices),
             config,
-            strain_limits: measured_limits(settings, &data.capture, &data.clips),
+            strain: measured_strain(settings, &data.capture, &data.clips),
             judges: judges.into_iter().map(judge).collect(),
             normalisation: data.normalisation,
             motion: data.motion,
@@ -165,9 +164,9 @@ impl FieldData {
         };
         let motion = self.config.motion.clone();
         let config = measured_config(settings, motion, &self.capture, &self.clips, fit);
-        let limits = measured_limits(settings, &self.capture, &self.clips);
+        let strain = measured_strain(settings, &self.capture, &self.clips);
         self.later = Some(Later {
-            strain_limits: std::mem::replace(&mut self.strain_limits, limits),
+            strain: std::mem::replace(&mut self.strain, strain),
             config: std::mem::replace(&mut self.config, config),
             prior,
             clips,
@@ -180,7 +179,7 @@ impl FieldData {
     pub fn on_all_clips(mut self) -> Option<Self> {
         let later = self.later.take()?;
         (self.config, self.prior) = (later.config, later.prior);
-        self.strain_limits = later.strain_limits;
+        self.strain = later.strain;
         let mut lists = self.take_lists();
         lists.put_back(later.clips);
         self.set_lists(lists);
@@ -260,18 +259,21 @@ impl FieldData {
 /// Parts of the data in which the fit on all clips differs from the one before.
 struct Later {
     config: ModelConfig,
-    strain_limits: Vec<StrainLimit>,
+    strain: MeasuredStrain,
     prior: Prior,
     clips: HeldOut,
 }
 
-/// Limits of edge lengths in clips; none where the settings ask for no projection.
-fn measured_limits(settings: &TrainConfig, capture: &Capture, clips: &[PreparedClip]) -> Vec<StrainLimit> {
+/// Lengths of edges and chords in clips; none where the settings ask for no projection.
+fn measured_strain(settings: &TrainConfig, capture: &Capture, clips: &[PreparedClip]) -> MeasuredStrain {
     let deviations = settings.projection.deviations;
-    match settings.projection.of_model() {
-        Some(config) => strain_limits(&capture.garment.rest, &config, clips, deviations),
-        None => Vec::new(),
-    }
+    let rest = &capture.garment.rest;
+    settings
+        .projection
+        .of_model()
+        .map_or_else(MeasuredStrain::default, |config| {
+            MeasuredStrain::new((rest, &capture.character), &config, clips, deviations)
+        })
 }
 
 /// The model's configuration with scales measured on clips beside a prior.

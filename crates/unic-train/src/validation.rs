@@ -7,6 +7,7 @@ use std::{iter::zip, sync::Arc};
 use unic_core::{
     animator::{Animator, Start, StepInput},
     config::IntersectionMode,
+    mesh::TriMesh,
     model::{Model, ModelError},
     prior::Prior,
 };
@@ -52,6 +53,10 @@ pub struct Validation {
     /// the garment bends about as much as the truth, on the starts of these clips and of some that the
     /// fit has trained on, each with the prior of the other motions. None without a projection.
     pub bending: Option<f32>,
+    /// Least lengths of the chords of cloth that hangs free of the body, in standard deviations below their
+    /// mean in training. Below the settings' first value only where the garment bends too much on the
+    /// same starts with every bending. None without a projection.
+    pub chord_deviations: Option<f32>,
     /// Least distance along the smoothed cloth that pushes restore, in mean edge lengths; 0 for no
     /// pushes. With it the garment passes through itself least beyond what the truth does on the same
     /// starts, at an error of at most 1 % more. None without a projection.
@@ -69,6 +74,8 @@ pub(crate) struct Chosen {
     pub(crate) field_share: f32,
     /// Bending of the strain projection; none for that of the settings.
     pub(crate) bending: Option<f32>,
+    /// Least lengths of free chords; none for those of the settings.
+    pub(crate) chord_deviations: Option<f32>,
     /// Order of the strain projection; none for that of the settings.
     pub(crate) order: Option<f32>,
     /// Factor of the replayed wrinkles; none for 1.
@@ -80,6 +87,7 @@ impl Chosen {
     pub(crate) const SETTINGS: Self = Self {
         field_share: 1.0,
         bending: None,
+        chord_deviations: None,
         order: None,
         replay_factor: None,
     };
@@ -100,6 +108,7 @@ impl From<&Validation> for Chosen {
         Self {
             field_share: validation.field_share,
             bending: validation.bending,
+            chord_deviations: validation.chord_deviations,
             order: validation.order,
             replay_factor: validation.replay_factor,
         }
@@ -200,22 +209,51 @@ pub(crate) fn free_running_rmse_of(
     Ok(error.root())
 }
 
-/// Adds the bending of a model in free running, and that of the truth, in about ten frames a second
-/// of the first [`BENDING_S`] seconds of every clip. Intersections are not handled.
-pub(crate) fn add_free_running_bending(
-    bending: &mut BendingRatio,
-    model: &Arc<Model>,
-    clips: &[PreparedClip],
-    proceed: &mut Proceed,
-) -> Result<(), TrainError> {
-    let most = (BENDING_S * model.config().fps) as usize;
-    let every = (model.config().fps / 10.0).round().max(1.0) as usize;
-    let off = IntersectionMode::Off;
-    run_freely(model, clips, most, off, proceed, &mut |t, predicted, truth| {
-        if t.is_multiple_of(every) {
-            bending.add(predicted, truth);
+/// Bending and error of models in free running in the first [`BENDING_S`] seconds of several clips, in
+/// about ten frames a second. Intersections are not handled.
+pub(crate) struct FreeBending {
+    ratio: BendingRatio,
+    error: MeanSquare,
+}
+
+impl FreeBending {
+    /// Prepares measurements of a garment.
+    pub(crate) fn new(rest: &TriMesh) -> Self {
+        Self {
+            ratio: BendingRatio::new(rest),
+            error: MeanSquare::default(),
         }
-    })
+    }
+
+    /// Animates a model on the next clip.
+    pub(crate) fn add(
+        &mut self,
+        model: &Arc<Model>,
+        clip: &PreparedClip,
+        proceed: &mut Proceed,
+    ) -> Result<(), TrainError> {
+        let fps = model.config().fps;
+        let (most, every) = ((BENDING_S * fps) as usize, (fps / 10.0).round().max(1.0) as usize);
+        let (clips, off) = (std::slice::from_ref(clip), IntersectionMode::Off);
+        run_freely(model, clips, most, off, proceed, &mut |t, predicted, truth| {
+            if t.is_multiple_of(every) {
+                self.ratio.add(predicted, truth);
+                self.error.add(predicted, truth);
+            }
+        })
+    }
+
+    /// Logarithm of the bending by the truth's. None without a truth that bends, and where that is not
+    /// finite.
+    pub(crate) fn excess(&self) -> Option<f64> {
+        let excess = self.ratio.ratio().map(f64::ln);
+        excess.filter(|excess| excess.is_finite())
+    }
+
+    /// RMSE, metres.
+    pub(crate) fn rmse(&self) -> f64 {
+        self.error.root()
+    }
 }
 
 /// Self-crossings and error of models in free running in the first [`BENDING_S`] seconds of several

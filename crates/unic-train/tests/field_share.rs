@@ -64,6 +64,7 @@ fn a_share_of_the_field_moves_the_displacement_by_that_share() {
             rmse_mm: 0.0,
             field_share,
             bending: None,
+            chord_deviations: None,
             order: None,
             replay_factor: None,
         });

@@ -314,6 +314,7 @@ fn fit_on_all_clips_records_the_validation_of_the_fit_before() {
         rmse_mm: 41.5,
         field_share: 0.5,
         bending: Some(0.35),
+        chord_deviations: None,
         order: None,
         replay_factor: None,
     });

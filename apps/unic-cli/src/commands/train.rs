@@ -288,12 +288,14 @@ impl Run {
         if let Some(validation) = &validation {
             let bending = validation.bending;
             let bending = bending.map_or_else(String::new, |b| format!(", bending {b} of the projection"));
+            let chords = validation.chord_deviations;
+            let chords = chords.map_or_else(String::new, |c| format!(", chords from {c} deviations"));
             let order = validation.order;
             let order = order.map_or_else(String::new, |o| format!(", order {o} of the projection"));
             let replay = validation.replay_factor;
             let replay = replay.map_or_else(String::new, |f| format!(", {f} times the replay"));
             self.folder.log(&format!(
-                "{}: {:.2} mm on {} with {} % of the field{bending}{order}{replay} after {:.0} s",
+                "{}: {:.2} mm on {} with {} % of the field{bending}{chords}{order}{replay} after {:.0} s",
                 validation.fit.name(),
                 validation.rmse_mm,
                 validation.clips.join(", "),

@@ -1,6 +1,6 @@
 //! Checks of the ranges of settings.
 
-use super::{RecurrenceSettings, StateSettings, TrainConfig};
+use super::{MOST_CHORD_DEVIATIONS, RecurrenceSettings, StateSettings, TrainConfig};
 use thiserror::Error;
 use unic_core::{config::ProjectionConfig, printable::printable_excerpt};
 
@@ -160,6 +160,12 @@ impl TrainConfig {
         for &value in &p.order {
             let is_order = ProjectionConfig::is_order(value);
             ensure("projection.order", "0, or 0.05 to 1", value, is_order)?;
+        }
+        let (chords, count) = ("projection.chord_deviations", p.chord_deviations.len());
+        ensure(chords, "one value or more", "none", count > 0)?;
+        for &value in &p.chord_deviations {
+            let is_in_range = (0.0..=MOST_CHORD_DEVIATIONS).contains(&value);
+            ensure(chords, "0 to 1.5", value, is_in_range)?;
         }
         let is_layers = ProjectionConfig::is_layers(p.layers);
         ensure("projection.layers", "0 to 0.5", p.layers, is_layers)?;

@@ -3,6 +3,9 @@
 use serde::{Deserialize, Serialize};
 use unic_core::config::ProjectionConfig;
 
+/// Largest value of [`ProjectionSettings::chord_deviations`], that of cloth that lies on the body.
+pub(crate) const MOST_CHORD_DEVIATIONS: f32 = 1.5;
+
 /// Strain projection of the finished model, see [`unic_core::projection`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -11,6 +14,11 @@ pub struct ProjectionSettings {
     pub at_inference: bool,
     /// Range of the length that an edge keeps around its mean in training, in standard deviations.
     pub deviations: f32,
+    /// Least lengths of the chords of cloth that hangs free of the body, in standard deviations below
+    /// their mean in training, 0 to 1.5. Where held-out motion bends more than the truth with every
+    /// bending, the one with which it bends most nearly as much is taken; else the first one.
+    #[serde(default = "widest_chords")]
+    pub chord_deviations: Vec<f32>,
     /// Gauss-Seidel sweeps over the chords of each coarse level in a tick; no levels where it is 0,
     /// as in settings that were saved before there were any.
     #[serde(default)]
@@ -58,6 +66,7 @@ impl Default for ProjectionSettings {
         Self {
             at_inference: false,
             deviations: 0.5,
+            chord_deviations: vec![MOST_CHORD_DEVIATIONS, 0.75, 0.0],
             coarse_sweeps,
             sweeps,
             bending_sweeps,
@@ -72,6 +81,16 @@ impl Default for ProjectionSettings {
 }
 
 impl ProjectionSettings {
+    /// Least lengths of free chords of a model if nothing is held out, in standard deviations below the
+    /// mean.
+    pub(crate) fn first_chord_deviations(&self) -> f32 {
+        // Settings without any are refused.
+        self.chord_deviations
+            .first()
+            .copied()
+            .unwrap_or(MOST_CHORD_DEVIATIONS)
+    }
+
     /// Strain projection that the finished model has if nothing is held out.
     pub fn of_model(&self) -> Option<ProjectionConfig> {
         self.at_inference.then_some(ProjectionConfig {
@@ -116,6 +135,11 @@ impl Default for ReplaySettings {
             cost: 0.03,
         }
     }
+}
+
+/// Least lengths of chords in settings that were saved before they could be set.
+fn widest_chords() -> Vec<f32> {
+    vec![MOST_CHORD_DEVIATIONS]
 }
 
 /// Orders in settings that were saved before there were any.

@@ -140,6 +140,7 @@ impl Trainer {
             rmse_mm: 1e3 * rmse,
             field_share,
             bending: chosen.bending,
+            chord_deviations: chosen.chord_deviations,
             order: chosen.order,
             replay_factor: chosen.replay_factor,
         }))

@@ -191,6 +191,9 @@ impl FieldTraining {
             projection.bending = chosen.bending.unwrap_or(projection.bending);
             projection.order = chosen.order.unwrap_or(projection.order);
         }
+        let chord_deviations = chosen
+            .chord_deviations
+            .unwrap_or_else(|| self.config.projection.first_chord_deviations());
         let mut prior = self.data.prior.clone();
         chosen.scale_replay(&mut prior)?;
         let Chosen { field_share, .. } = chosen;
@@ -213,7 +216,7 @@ impl FieldTraining {
             normalisation: self.data.normalisation.clone(),
             encoder,
             field,
-            strain_limits: self.data.strain_limits.clone(),
+            strain_limits: self.data.strain.limits(chord_deviations),
             about: About {
                 name: capture.manifest.name.clone(),
                 provenance: capture.manifest.provenance.clone(),

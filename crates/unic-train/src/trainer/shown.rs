@@ -1,18 +1,17 @@
-//! Choices that motions left out make of the shown cloth: bending and order of the strain projection,
-//! and the factor of the replay.
+//! Choices that motions left out make of the shown cloth: bending, chords and order of the strain
+//! projection, and the factor of the replay.
 
 use super::Trainer;
 use crate::{
     error::TrainError,
     field_data::Judge,
     validation::{
-        Chosen, FreeCrossings, FreeLife, Proceed, ValidationMotion, add_free_running_bending, go_on,
-        true_liveliness,
+        Chosen, FreeBending, FreeCrossings, FreeLife, Proceed, ValidationMotion, go_on, true_liveliness,
     },
 };
-use std::{slice::from_ref, sync::Arc};
+use std::sync::Arc;
 use unic_core::model::{Model, ModelParts};
-use unic_eval::{BendingRatio, Liveliness, LivingMeasure, PreparedClip, SelfCrossingShares};
+use unic_eval::{Liveliness, LivingMeasure, PreparedClip, SelfCrossingShares};
 
 /// Factors of the replay that are tried where its wrinkles are too calm, after 1.
 const LIVELIER: &[f32] = &[2.0, 4.0];
@@ -32,6 +31,12 @@ const LEAST_GAIN: f64 = 0.1;
 
 /// Largest growth of the error by an order, as a share of the least error of the smaller ones.
 const ORDER_COST: f64 = 0.01;
+
+/// Bending by the truth's from which on longer chords are tried.
+const BENDS_TOO_MUCH: f64 = 1.1;
+
+/// Largest growth of the error by longer chords, as a share of the error with those of the settings.
+const CHORD_COST: f64 = 0.02;
 
 /// Life and error of the cloth with a factor of the replay.
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +75,7 @@ impl Trainer {
         Ok(chosen)
     }
 
-    /// Chooses the bending, the factor with it, then the bending with the factor.
+    /// Chooses the bending, the chords and the factor with it, then the bending with the factor.
     fn choose_wrinkles(
         &self,
         parameters: &[Vec<f32>],
@@ -78,6 +83,7 @@ impl Trainer {
         proceed: &mut Proceed,
     ) -> Result<Chosen, TrainError> {
         chosen.bending = self.bending(parameters, chosen, 0.0, proceed)?;
+        chosen.chord_deviations = self.chord_deviations(parameters, chosen, proceed)?;
         chosen.replay_factor = self.replay_factor(parameters, chosen, proceed)?;
         // More wrinkles bend more, so smaller values bend too much still.
         let least = match chosen.replay_factor {
@@ -93,9 +99,10 @@ impl Trainer {
     pub(super) fn shown_trials(&self) -> usize {
         // Counting the crossings takes time, too.
         let (bendings, orders) = (self.bendings().len(), 2 * self.orders().len());
+        let others = orders + self.chord_choices().len();
         match self.judges_replay() {
-            true => 3 * bendings + MOST_FACTORS + orders,
-            false => 2 * bendings + orders,
+            true => 3 * bendings + MOST_FACTORS + others,
+            false => 2 * bendings + others,
         }
     }
 
@@ -131,13 +138,9 @@ impl Trainer {
                 bending: Some(bending),
                 ..chosen
             };
-            let mut ratio = BendingRatio::new(&self.field.data.capture.garment.rest);
-            self.each_judged(parameters, chosen, proceed, &mut |model, clip, proceed| {
-                add_free_running_bending(&mut ratio, model, from_ref(clip), proceed)
-            })?;
+            let bends = self.bends(parameters, chosen, proceed)?;
             // Without a truth that bends, or with a prediction that does not, none is better.
-            let error = ratio.ratio().map(f64::ln);
-            let Some(error) = error.filter(|error| error.is_finite()) else {
+            let Some(error) = bends.excess() else {
                 break;
             };
             if best.is_none_or(|(smallest, _)| error.abs() < smallest) {
@@ -150,6 +153,44 @@ impl Trainer {
         }
         let found = best.map(|(_, bending)| bending).or(chosen.bending);
         Ok(found.or(self.bendings().first().copied()))
+    }
+
+    /// Chooses the least lengths of free chords, if the model has a projection: longer ones only where the
+    /// garment bends too much.
+    fn chord_deviations(
+        &self,
+        parameters: &[Vec<f32>],
+        chosen: Chosen,
+        proceed: &mut Proceed,
+    ) -> Result<Option<f32>, TrainError> {
+        let choices = self.chord_choices();
+        // A lone value needs no judgement.
+        if choices.len() < 2 || !self.field.data.strain.hangs_free() {
+            return Ok(choices.first().copied());
+        }
+        let found = best_chords(choices, |deviations| {
+            let chosen = Chosen {
+                chord_deviations: Some(deviations),
+                ..chosen
+            };
+            let bends = self.bends(parameters, chosen, proceed)?;
+            Ok(bends.excess().map(|excess| [excess, bends.rmse()]))
+        })?;
+        Ok(found.or(choices.first().copied()))
+    }
+
+    /// Measures the bending on the judged clips.
+    fn bends(
+        &self,
+        parameters: &[Vec<f32>],
+        chosen: Chosen,
+        proceed: &mut Proceed,
+    ) -> Result<FreeBending, TrainError> {
+        let mut bends = FreeBending::new(&self.field.data.capture.garment.rest);
+        self.each_judged(parameters, chosen, proceed, &mut |model, clip, proceed| {
+            bends.add(model, clip, proceed)
+        })?;
+        Ok(bends)
     }
 
     /// Chooses the order of the strain projection, if the model has one: that with which the cloth of the
@@ -296,6 +337,16 @@ impl Trainer {
         }
     }
 
+    /// Values of `projection.chord_deviations` that [`Trainer::validation`] tries at most; none without a
+    /// projection.
+    fn chord_choices(&self) -> &[f32] {
+        let settings = &self.config().projection;
+        match settings.at_inference {
+            true => &settings.chord_deviations,
+            false => &[],
+        }
+    }
+
     /// Values of `projection.bending` that [`Trainer::validation`] tries at most; none without a
     /// projection.
     fn bendings(&self) -> &[f32] {
@@ -331,6 +382,35 @@ fn best_order(
         largest_rmse = largest_rmse.min(rmse * (1.0 + ORDER_COST));
     }
     Ok(best.map(|(_, order)| order))
+}
+
+/// Finds the chords with which the garment bends most nearly as much as the truth, given for each choice the
+/// logarithm of the bending by the truth's and the error. Longer chords than the shortest are tried only
+/// where those bend too much, at a limited cost. None where a choice has no finite numbers at once.
+fn best_chords(
+    choices: &[f32],
+    mut trial: impl FnMut(f32) -> Result<Option<[f64; 2]>, TrainError>,
+) -> Result<Option<f32>, TrainError> {
+    let mut shortest_first = choices.to_vec();
+    shortest_first.sort_by(|a, b| b.total_cmp(a));
+    let (mut best, mut largest_rmse): (Option<(f64, f32)>, _) = (None, f64::INFINITY);
+    for deviations in shortest_first {
+        let Some([excess, rmse]) = trial(deviations)? else {
+            break;
+        };
+        if !rmse.is_finite() || rmse > largest_rmse {
+            break;
+        }
+        if best.is_none_or(|(least, _)| excess.abs() < least) {
+            best = Some((excess.abs(), deviations));
+        }
+        // Longer chords can only bend less.
+        if excess < BENDS_TOO_MUCH.ln() {
+            break;
+        }
+        largest_rmse = largest_rmse.min(rmse * (1.0 + CHORD_COST));
+    }
+    Ok(best.map(|(_, deviations)| deviations))
 }
 
 /// Share of the step from one factor to the next, on a scale of logarithms, after which the excess is
@@ -373,6 +453,35 @@ mod tests {
         assert_eq!(chosen(&[[0.4, 10.0], [f64::NAN, 10.0]]), (Some(0.0), 2));
         assert_eq!(chosen(&[[f64::NAN, f64::NAN], [0.1, 10.0]]), (None, 1));
         assert_eq!(chosen(&[[0.4, 10.0], [0.1, f64::NAN]]), (Some(0.0), 2));
+    }
+
+    #[test]
+    fn chords_become_longer_only_where_cloth_bends_too_much() {
+        let chosen = |trials: &[Option<[f64; 2]>]| {
+            let choices: Vec<f32> = (0..trials.len()).map(|i| i as f32).collect();
+            let mut tried = 0;
+            // The first trial is that of the largest value.
+            let found = best_chords(&choices, |choice| {
+                tried += 1;
+                Ok(trials[trials.len() - 1 - choice as usize])
+            });
+            (found.unwrap(), tried)
+        };
+        assert_eq!(chosen(&[Some([0.05, 10.0]), Some([0.0, 9.0])]), (Some(1.0), 1));
+        assert_eq!(chosen(&[Some([-0.3, 10.0]), Some([0.0, 9.0])]), (Some(1.0), 1));
+        let crumpled = Some([0.6, 10.0]);
+        assert_eq!(
+            chosen(&[crumpled, Some([0.3, 10.1]), Some([0.2, 10.2])]),
+            (Some(0.0), 3)
+        );
+        // The error counts from that of the shortest, and the bending may become too small.
+        assert_eq!(
+            chosen(&[crumpled, Some([0.3, 10.1]), Some([0.2, 10.3])]),
+            (Some(1.0), 3)
+        );
+        assert_eq!(chosen(&[crumpled, Some([-0.7, 10.0])]), (Some(1.0), 2));
+        assert_eq!(chosen(&[crumpled, None]), (Some(1.0), 2));
+        assert_eq!(chosen(&[None, crumpled]), (None, 1));
     }
 
     #[test]

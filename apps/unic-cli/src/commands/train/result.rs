@@ -176,6 +176,9 @@ pub struct TrainingSummary {
     /// Share of an offset's bending that a sweep of the strain projection removes, from 0 to 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     projection_bending: Option<f32>,
+    /// Least lengths of the chords of cloth that hangs free, in standard deviations below their mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    projection_chord_deviations: Option<f32>,
     /// Least distance along the smoothed cloth that pushes restore, in mean edge lengths.
     #[serde(skip_serializing_if = "Option::is_none")]
     projection_order: Option<f32>,
@@ -212,6 +215,7 @@ impl FinishedRun<'_> {
             validation_rmse_mm: validation.map(|v| v.rmse_mm),
             field_share: validation.map(|v| v.field_share),
             projection_bending: validation.and_then(|v| v.bending),
+            projection_chord_deviations: validation.and_then(|v| v.chord_deviations),
             projection_order: validation.and_then(|v| v.order),
             replay_factor: validation.and_then(|v| v.replay_factor),
             has_no_field: run.has_no_field(),
