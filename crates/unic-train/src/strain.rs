@@ -37,6 +37,10 @@ const CHORD_STRETCH: f32 = 2.0;
 /// free.
 const FREE_FROM_M: [f32; 2] = [0.02, 0.04];
 
+/// Deviations of a length as a share of its mean between which a chord goes over from taut cloth, such as
+/// that along the weight of a skirt, to cloth that folds. Longer chords would pull folds out.
+const TAUT_UNTIL: [f32; 2] = [0.08, 0.16];
+
 /// Limits of the lengths of a garment's [`limited_pairs`].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MeasuredStrain {
@@ -45,15 +49,15 @@ pub(crate) struct MeasuredStrain {
     free_chords: Vec<FreeChord>,
 }
 
-/// A chord with a least length whose ends hang free of the body, at least partly.
+/// A chord with a least length in cloth that hangs free of the body and taut, at least partly.
 #[derive(Clone, Copy, Debug)]
 struct FreeChord {
     /// Place among the limits.
     pair: usize,
     /// Mean of its length in training and standard deviation, metres.
     lengths: Lengths,
-    /// 0 for cloth that lies on the body, 1 for cloth that hangs free.
-    freedom: f32,
+    /// 0 for cloth that lies on the body or folds, 1 for taut cloth that hangs free.
+    share: f32,
 }
 
 /// Mean and standard deviation of a length, metres.
@@ -130,27 +134,27 @@ impl MeasuredStrain {
             .map(|(chord, (([a, b], lengths), _))| FreeChord {
                 pair: edges.len() + chord,
                 lengths,
-                freedom: freedom(gap(*a).min(gap(*b))),
+                share: freedom(gap(*a).min(gap(*b))) * tautness(lengths),
             })
-            .filter(|chord| chord.freedom > 0.0);
+            .filter(|chord| chord.share > 0.0);
         Self {
             free_chords: free_chords.collect(),
             limits,
         }
     }
 
-    /// Limits with chords of free cloth that keep so many standard deviations below their mean, at most
-    /// [`CHORD_DEVIATIONS`].
+    /// Limits with chords of taut cloth that hangs free which keep so many standard deviations below their
+    /// mean, at most [`CHORD_DEVIATIONS`].
     pub(crate) fn limits(&self, chord_deviations: f32) -> Vec<StrainLimit> {
         let mut limits = self.limits.clone();
         for chord in &self.free_chords {
-            let deviations = CHORD_DEVIATIONS + chord.freedom * (chord_deviations - CHORD_DEVIATIONS);
+            let deviations = CHORD_DEVIATIONS + chord.share * (chord_deviations - CHORD_DEVIATIONS);
             limits[chord.pair].shortest = limit_of(chord.lengths, deviations).shortest;
         }
         limits
     }
 
-    /// Returns whether some cloth hangs free, so that `chord_deviations` change limits.
+    /// Returns whether some cloth hangs free and taut, so that `chord_deviations` change limits.
     pub(crate) fn hangs_free(&self) -> bool {
         !self.free_chords.is_empty()
     }
@@ -160,6 +164,13 @@ impl MeasuredStrain {
 fn freedom(gap: f32) -> f32 {
     let [on_body, free] = FREE_FROM_M;
     ((gap - on_body) / (free - on_body)).clamp(0.0, 1.0)
+}
+
+/// Share to which a chord is taut.
+fn tautness(lengths: Lengths) -> f32 {
+    let [taut, folding] = TAUT_UNTIL;
+    let variation = lengths.deviation / lengths.mean.max(f32::MIN_POSITIVE);
+    ((folding - variation) / (folding - taut)).clamp(0.0, 1.0)
 }
 
 fn lengths_of(pair: &[u32; 2], frames: &[&[Vec3]]) -> Lengths {

@@ -53,8 +53,8 @@ pub struct Validation {
     /// the garment bends about as much as the truth, on the starts of these clips and of some that the
     /// fit has trained on, each with the prior of the other motions. None without a projection.
     pub bending: Option<f32>,
-    /// Least lengths of the chords of cloth that hangs free of the body, in standard deviations below their
-    /// mean in training. Below the settings' first value only where the garment bends too much on the
+    /// Least lengths of the chords of taut cloth that hangs free of the body, in standard deviations below
+    /// their mean in training. Below the settings' first value only where the garment bends too much on the
     /// same starts with every bending. None without a projection.
     pub chord_deviations: Option<f32>,
     /// Least distance along the smoothed cloth that pushes restore, in mean edge lengths; 0 for no

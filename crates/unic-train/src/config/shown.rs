@@ -14,7 +14,7 @@ pub struct ProjectionSettings {
     pub at_inference: bool,
     /// Range of the length that an edge keeps around its mean in training, in standard deviations.
     pub deviations: f32,
-    /// Least lengths of the chords of cloth that hangs free of the body, in standard deviations below
+    /// Least lengths of the chords of taut cloth that hangs free of the body, in standard deviations below
     /// their mean in training, 0 to 1.5. Where held-out motion bends more than the truth with every
     /// bending, the one with which it bends most nearly as much is taken; else the first one.
     #[serde(default = "widest_chords")]

@@ -1,6 +1,7 @@
 //! Contract: limits of lengths follow from lengths in training, and from where the cloth lies.
 
 use super::*;
+use std::iter::zip;
 
 #[test]
 fn limits_are_mean_and_deviations_of_the_lengths() {
@@ -27,10 +28,10 @@ fn sheet() -> TriMesh {
     TriMesh::new((0..900).map(at).collect(), faces.collect()).unwrap()
 }
 
-/// Lengths of a sheet that shrinks and grows by a tenth. `gap` is the distance of a place from the body.
-fn measured(sheet: &TriMesh, gap: impl Fn(Vec3) -> f32) -> MeasuredStrain {
+/// Lengths of a sheet that shrinks and grows by a share. `gap` is the distance of a place from the body.
+fn measured(sheet: &TriMesh, share: f32, gap: impl Fn(Vec3) -> f32) -> MeasuredStrain {
     let scaled = |scale: f32| sheet.vertices.iter().map(|v| *v * scale).collect::<Vec<_>>();
-    let frames = [0.9, 1.1].map(scaled);
+    let frames = [1.0 - share, 1.0 + share].map(scaled);
     let frames: Vec<&[Vec3]> = frames.iter().map(Vec::as_slice).collect();
     MeasuredStrain::of_frames(sheet, &ProjectionConfig::default(), &frames, 0.5, |ends| {
         ends.iter().map(|&v| gap(sheet.vertices[v as usize])).collect()
@@ -40,7 +41,7 @@ fn measured(sheet: &TriMesh, gap: impl Fn(Vec3) -> f32) -> MeasuredStrain {
 #[test]
 fn chords_may_become_much_longer_than_in_training_and_long_ones_shorter() {
     let rest = sheet();
-    let limits = measured(&rest, |_| 0.0).limits(0.0);
+    let limits = measured(&rest, 0.1, |_| 0.0).limits(0.0);
     let (pairs, edges) = (
         limited_pairs(&ProjectionConfig::default(), &rest),
         welded_edges(&rest).len(),
@@ -67,7 +68,7 @@ fn chords_may_become_much_longer_than_in_training_and_long_ones_shorter() {
 }
 
 #[test]
-fn chords_of_free_cloth_alone_follow_the_setting() {
+fn chords_of_cloth_that_hangs_free_alone_follow_the_setting() {
     let rest = sheet();
     // On the body to the left, half free in the middle, free to the right.
     let gap = |v: Vec3| match v.x {
@@ -75,10 +76,10 @@ fn chords_of_free_cloth_alone_follow_the_setting() {
         x if x < 0.2 => 0.03,
         _ => 0.05,
     };
-    let strain = measured(&rest, gap);
+    let strain = measured(&rest, 0.1, gap);
     assert!(strain.hangs_free());
     let (wide, narrow) = (strain.limits(CHORD_DEVIATIONS), strain.limits(0.5));
-    assert_eq!(wide, measured(&rest, |_| 0.0).limits(0.5));
+    assert_eq!(wide, measured(&rest, 0.1, |_| 0.0).limits(0.5));
     let mut counts = [0; 3];
     let pairs = limited_pairs(&ProjectionConfig::default(), &rest);
     for (i, ([a, b], (wide, narrow))) in pairs.into_iter().zip(wide.iter().zip(narrow)).enumerate() {
@@ -92,7 +93,8 @@ fn chords_of_free_cloth_alone_follow_the_setting() {
             _ => 1.0,
         };
         counts[(2.0 * share) as usize] += 1;
-        let raised = 0.1 * length * share * (CHORD_DEVIATIONS - 0.5);
+        // A tenth is three quarters taut.
+        let raised = 0.1 * length * 0.75 * share * (CHORD_DEVIATIONS - 0.5);
         assert!(
             (narrow.shortest - wide.shortest - raised).abs() < 1e-5,
             "{i}: {narrow:?}"
@@ -102,3 +104,14 @@ fn chords_of_free_cloth_alone_follow_the_setting() {
     assert!(counts.iter().all(|count| *count > 20), "{counts:?}");
 }
 
+#[test]
+fn chords_of_cloth_that_folds_keep_their_range() {
+    let rest = sheet();
+    for (share, taut) in [(0.07, true), (0.17, false)] {
+        let strain = measured(&rest, share, |_| 1.0);
+        assert_eq!(strain.hangs_free(), taut);
+        let longer = zip(strain.limits(0.0), strain.limits(CHORD_DEVIATIONS))
+            .filter(|(tight, wide)| tight.shortest > wide.shortest);
+        assert_eq!(longer.count() > 0, taut);
+    }
+}

@@ -176,7 +176,7 @@ pub struct TrainingSummary {
     /// Share of an offset's bending that a sweep of the strain projection removes, from 0 to 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     projection_bending: Option<f32>,
-    /// Least lengths of the chords of cloth that hangs free, in standard deviations below their mean.
+    /// Least lengths of the chords of taut cloth that hangs free, in standard deviations below their mean.
     #[serde(skip_serializing_if = "Option::is_none")]
     projection_chord_deviations: Option<f32>,
     /// Least distance along the smoothed cloth that pushes restore, in mean edge lengths.
