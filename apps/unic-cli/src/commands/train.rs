@@ -17,6 +17,7 @@ use crate::{
     interrupt, machine,
     output::{print, print_json, print_status},
     outputs::{Existing, Outputs},
+    progress::Progress,
     run_folder::{EarlierRun, RunFolder, RunRecord},
     settings,
 };
@@ -28,6 +29,7 @@ use preview::Preview;
 use result::FinishedRun;
 pub use result::TrainingSummary;
 use std::{
+    cell::{Cell, RefCell},
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
@@ -279,9 +281,16 @@ impl Run {
         }
     }
 
-    /// Measures the error on the clips that the fit held out. `None` if it held out none.
+    /// Measures the error on the clips that the fit held out, with progress. `None` if it held out none.
     fn validated(&self, trainer: &Trainer) -> Result<Option<Validation>> {
-        let validation = match trainer.validation(&interrupt::control) {
+        let frames = trainer.most_validation_frames();
+        let (done, shown) = (Cell::new(0), RefCell::new(Progress::new("validating", 0, frames)));
+        let proceed = || {
+            done.set(frames.min(done.get() + 1));
+            shown.borrow_mut().set(done.get(), || "at most".into());
+            interrupt::control()
+        };
+        let validation = match trainer.validation(&proceed) {
             Err(TrainError::Stopped) => return Err(self.stopped(trainer)?.into()),
             validation => validation?,
         };

@@ -11,7 +11,7 @@ use crate::{
 };
 use std::{sync::Arc, time::Instant};
 use unic_core::{config::IntersectionMode, model::Model};
-use unic_eval::LivingMeasure;
+use unic_eval::{LivingMeasure, PreparedClip};
 use unic_kernels::FieldShape;
 
 /// Durations on this machine, in wall-clock seconds.
@@ -77,6 +77,23 @@ impl Trainer {
                 + shown * self.shown_trials() as f64
                 + self.seconds_of_measuring_life()? * self.life_trials() as f64,
         })
+    }
+
+    /// Largest number of frames that [`Trainer::validation`] animates, each after a call of its `proceed`.
+    /// Most validations end sooner: where a value is too large, no larger one is tried.
+    pub fn most_validation_frames(&self) -> u64 {
+        let data = &self.field.data;
+        let most = |clip: &PreparedClip, frames: usize| clip.len().min(frames) as u64;
+        let starts = (BENDING_S * data.config.fps) as usize;
+        let trial: u64 = self.judged().map(|(clip, _)| most(clip, starts)).sum();
+        let shares = match self.field_shares().len() {
+            1 => 0,
+            shares => shares as u64,
+        };
+        let frames = judged_frames(data);
+        let of_validation = |clip| shares * most(clip, frames) + most(clip, usize::MAX);
+        let validation: u64 = data.validation.iter().map(of_validation).sum();
+        validation + trial * (self.shown_trials() as u64 + 1)
     }
 
     /// Seconds of a step of a field of another width and number of hidden layers, averaged over the
