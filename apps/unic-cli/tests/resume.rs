@@ -80,6 +80,35 @@ fn an_interrupted_prior_continues_to_the_same_model() {
 
 #[cfg(unix)]
 #[test]
+fn an_early_stop_says_that_something_is_saved_only_if_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    let folder = folder.path();
+    for delay_ms in [0, 60, 120, 180] {
+        let out = format!("stopped{delay_ms}");
+        let line = format!("train tube {SHORT} --steps 100000 --out {out}.unic");
+        let child = command(folder, &line)
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        // The handler of the signal has to be there.
+        std::thread::sleep(std::time::Duration::from_millis(100 + delay_ms));
+        interrupt(&child);
+        let output = child.wait_with_output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(130), "{stderr}");
+        let run = folder.join(format!("{out}.run"));
+        assert_eq!(
+            stderr.contains("is saved"),
+            run.join("config.toml").exists(),
+            "{stderr}"
+        );
+    }
+}
+
+#[cfg(unix)]
+#[test]
 fn a_run_of_two_fits_can_be_interrupted_in_either() {
     let folder = tempfile::tempdir().unwrap();
     write_capture_without_validation(folder.path());

@@ -272,7 +272,7 @@ fn measured_strain(settings: &TrainConfig, capture: &Capture, clips: &[PreparedC
         .projection
         .of_model()
         .map_or_else(MeasuredStrain::default, |config| {
-            MeasuredStrain::new((rest, &capture.character), &config, clips, deviations)
+            MeasuredStrain::new(rest, &capture.character, &config, clips, deviations)
         })
 }
 

@@ -19,11 +19,6 @@ use unic_eval::PreparedClip;
 /// Largest number of frames that lengths are measured in. Neighbouring frames differ little.
 const MOST_FRAMES: usize = 2000;
 
-/// Least length of a chord below its mean where cloth lies on the body, in standard deviations. Folds
-/// shorten chords, so that their lengths vary much, and a narrow range would pull folds out. Where a
-/// body part is raised higher than in training, it would pull the cloth off.
-const CHORD_DEVIATIONS: f32 = MOST_CHORD_DEVIATIONS;
-
 /// Longest chord at rest that has a least length, metres. Longer ones pass joints, and are shorter
 /// than ever before when the body folds as it never did in training.
 const LONGEST_CHORD_M: f32 = 0.08;
@@ -44,7 +39,9 @@ const TAUT_UNTIL: [f32; 2] = [0.08, 0.16];
 /// Limits of the lengths of a garment's [`limited_pairs`].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MeasuredStrain {
-    /// Limits with the widest range of chords.
+    /// Limits with the widest range of chords. Folds shorten chords, so that their lengths vary much, and
+    /// a narrow range would pull folds out. Where a limb is raised higher than in training, it would
+    /// pull cloth off the limb.
     limits: Vec<StrainLimit>,
     free_chords: Vec<FreeChord>,
 }
@@ -54,7 +51,7 @@ pub(crate) struct MeasuredStrain {
 struct FreeChord {
     /// Place among the limits.
     pair: usize,
-    /// Mean of its length in training and standard deviation, metres.
+    /// Its lengths in training.
     lengths: Lengths,
     /// 0 for cloth that lies on the body or folds, 1 for taut cloth that hangs free.
     share: f32,
@@ -63,17 +60,18 @@ struct FreeChord {
 /// Mean and standard deviation of a length, metres.
 #[derive(Clone, Copy, Debug)]
 struct Lengths {
-    mean: f32,
-    deviation: f32,
+    mean: f64,
+    deviation: f64,
 }
 
 impl MeasuredStrain {
     /// Measures the range of length of each of the garment's [`limited_pairs`]: for edges, the mean
     /// over the clips and `deviations` standard deviations to both sides; for chords, from
-    /// [`CHORD_DEVIATIONS`] below the mean, or zero for those longer than [`LONGEST_CHORD_M`], to
+    /// [`MOST_CHORD_DEVIATIONS`] below the mean, or zero for those longer than [`LONGEST_CHORD_M`], to
     /// [`CHORD_STRETCH`] times the greatest length.
     pub(crate) fn new(
-        (rest, character): (&TriMesh, &Character),
+        rest: &TriMesh,
+        character: &Character,
         config: &ProjectionConfig,
         clips: &[PreparedClip],
         deviations: f32,
@@ -100,55 +98,35 @@ impl MeasuredStrain {
         deviations: f32,
         gaps: impl FnOnce(&[u32]) -> Vec<f32>,
     ) -> Self {
-        let edges = welded_edges(rest).len();
         let pairs = limited_pairs(config, rest);
-        let (edges, chords) = pairs.split_at(edges);
-        let mut limits: Vec<StrainLimit> = (edges.par_iter())
-            .map(|edge| limit_of(lengths_of(edge, frames), deviations))
-            .collect();
-        let measured: Vec<Lengths> = chords.par_iter().map(|chord| lengths_of(chord, frames)).collect();
-        let rest_length = |[a, b]: [u32; 2]| rest.vertices[a as usize].distance(rest.vertices[b as usize]);
-        let is_short: Vec<bool> = chords
-            .iter()
-            .map(|&chord| rest_length(chord) <= LONGEST_CHORD_M)
-            .collect();
-        let greatest = chords.par_iter().map(|chord| greatest_length(chord, frames));
-        let greatest: Vec<f32> = greatest.collect();
-        let chord_limits =
-            (measured.iter().zip(&is_short).zip(greatest)).map(|((lengths, short), greatest)| StrainLimit {
-                shortest: match short {
-                    true => limit_of(*lengths, CHORD_DEVIATIONS).shortest,
-                    false => 0.0,
-                },
-                longest: greatest * CHORD_STRETCH,
-            });
-        limits.extend(chord_limits);
-        let mut ends: Vec<u32> = chords.iter().flatten().copied().collect();
-        ends.sort_unstable();
-        ends.dedup();
-        let gaps = gaps(&ends);
-        // Every end is in the list.
-        let gap = |vertex: u32| ends.binary_search(&vertex).map_or(0.0, |place| gaps[place]);
-        let free_chords = (chords.iter().zip(measured).zip(is_short).enumerate())
-            .filter(|(_, (_, short))| *short)
-            .map(|(chord, (([a, b], lengths), _))| FreeChord {
-                pair: edges.len() + chord,
-                lengths,
-                share: freedom(gap(*a).min(gap(*b))) * tautness(lengths),
-            })
-            .filter(|chord| chord.share > 0.0);
+        let (edges, chords) = pairs.split_at(welded_edges(rest).len());
+        let is_short = |&&[a, b]: &&[u32; 2]| {
+            let [a, b] = [a, b].map(|v| rest.vertices[v as usize]);
+            a.distance(b) <= LONGEST_CHORD_M
+        };
+        let edge_limit = |edge| limit_of(lengths_of(edge, frames), deviations);
+        let chord_limit = |chord| StrainLimit {
+            shortest: match is_short(&chord) {
+                true => limit_of(lengths_of(chord, frames), MOST_CHORD_DEVIATIONS).shortest,
+                false => 0.0,
+            },
+            longest: greatest_length(chord, frames) * CHORD_STRETCH,
+        };
+        let limits = edges.par_iter().map(edge_limit);
+        let limits = limits.chain(chords.par_iter().map(chord_limit)).collect();
+        let short = (edges.len()..).zip(chords).filter(|(_, chord)| is_short(chord));
         Self {
-            free_chords: free_chords.collect(),
             limits,
+            free_chords: free_chords(&short.collect::<Vec<_>>(), frames, gaps),
         }
     }
 
-    /// Limits with chords of taut cloth that hangs free which keep so many standard deviations below their
-    /// mean, at most [`CHORD_DEVIATIONS`].
+    /// Limits with which chords of taut cloth that hangs free keep at least their mean minus
+    /// `chord_deviations` standard deviations. Other chords have [`MOST_CHORD_DEVIATIONS`].
     pub(crate) fn limits(&self, chord_deviations: f32) -> Vec<StrainLimit> {
         let mut limits = self.limits.clone();
         for chord in &self.free_chords {
-            let deviations = CHORD_DEVIATIONS + chord.share * (chord_deviations - CHORD_DEVIATIONS);
+            let deviations = MOST_CHORD_DEVIATIONS + chord.share * (chord_deviations - MOST_CHORD_DEVIATIONS);
             limits[chord.pair].shortest = limit_of(chord.lengths, deviations).shortest;
         }
         limits
@@ -160,6 +138,35 @@ impl MeasuredStrain {
     }
 }
 
+/// Lists the chords of taut cloth that hangs free, given chords with their places among the limits.
+fn free_chords(
+    chords: &[(usize, &[u32; 2])],
+    frames: &[&[Vec3]],
+    gaps: impl FnOnce(&[u32]) -> Vec<f32>,
+) -> Vec<FreeChord> {
+    let mut ends: Vec<u32> = chords.iter().flat_map(|(_, chord)| **chord).collect();
+    ends.sort_unstable();
+    ends.dedup();
+    if ends.is_empty() {
+        return Vec::new();
+    }
+    let gaps = gaps(&ends);
+    // Every end is in the list.
+    let gap = |vertex: &u32| ends.binary_search(vertex).map_or(0.0, |place| gaps[place]);
+    let free = |&(pair, chord): &(usize, &[u32; 2])| {
+        let lengths = lengths_of(chord, frames);
+        let [a, b] = chord;
+        FreeChord {
+            pair,
+            share: freedom(gap(a).min(gap(b))) * tautness(lengths),
+            lengths,
+        }
+    };
+    // NaN is no share.
+    let chords = chords.par_iter().map(free).filter(|chord| chord.share > 0.0);
+    chords.collect()
+}
+
 /// Share to which a chord hangs free, given the distance of its nearer end from the body, metres.
 fn freedom(gap: f32) -> f32 {
     let [on_body, free] = FREE_FROM_M;
@@ -169,7 +176,8 @@ fn freedom(gap: f32) -> f32 {
 /// Share to which a chord is taut.
 fn tautness(lengths: Lengths) -> f32 {
     let [taut, folding] = TAUT_UNTIL;
-    let variation = lengths.deviation / lengths.mean.max(f32::MIN_POSITIVE);
+    // Without a length the quotient is not finite, and the chord is not taut.
+    let variation = (lengths.deviation / lengths.mean) as f32;
     ((folding - variation) / (folding - taut)).clamp(0.0, 1.0)
 }
 
@@ -186,17 +194,17 @@ fn lengths_of(pair: &[u32; 2], frames: &[&[Vec3]]) -> Lengths {
     let count = frames.len().max(1) as f64;
     let mean = sum / count;
     Lengths {
-        mean: (first + mean) as f32,
-        deviation: (squares / count - mean * mean).max(0.0).sqrt() as f32,
+        mean: first + mean,
+        deviation: (squares / count - mean * mean).max(0.0).sqrt(),
     }
 }
 
 fn limit_of(lengths: Lengths, deviations: f32) -> StrainLimit {
-    let range = lengths.deviation * deviations;
+    let range = lengths.deviation * f64::from(deviations);
     StrainLimit {
-        shortest: (lengths.mean - range).max(0.0),
+        shortest: ((lengths.mean - range) as f32).max(0.0),
         // A limit of zero is not usable; an edge may be that short where vertices coincide.
-        longest: (lengths.mean + range).max(f32::MIN_POSITIVE),
+        longest: ((lengths.mean + range) as f32).max(f32::MIN_POSITIVE),
     }
 }
 

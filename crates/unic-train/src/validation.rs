@@ -53,9 +53,10 @@ pub struct Validation {
     /// the garment bends about as much as the truth, on the starts of these clips and of some that the
     /// fit has trained on, each with the prior of the other motions. None without a projection.
     pub bending: Option<f32>,
-    /// Least lengths of the chords of taut cloth that hangs free of the body, in standard deviations below
-    /// their mean in training. Below the settings' first value only where the garment bends too much on the
-    /// same starts with every bending. None without a projection.
+    /// Least lengths of the chords of taut cloth that hangs free of the body, in standard deviations
+    /// below their mean in training. Below the largest of the settings only where the garment, with the
+    /// bending above, bends over a tenth more than the truth on the same starts. None without a
+    /// projection, and without such chords.
     pub chord_deviations: Option<f32>,
     /// Least distance along the smoothed cloth that pushes restore, in mean edge lengths; 0 for no
     /// pushes. With it the garment passes through itself least beyond what the truth does on the same
@@ -243,8 +244,7 @@ impl FreeBending {
         })
     }
 
-    /// Logarithm of the bending by the truth's. None without a truth that bends, and where that is not
-    /// finite.
+    /// Logarithm of the bending by the truth's. None if it is not finite, and without a truth that bends.
     pub(crate) fn excess(&self) -> Option<f64> {
         let excess = self.ratio.ratio().map(f64::ln);
         excess.filter(|excess| excess.is_finite())

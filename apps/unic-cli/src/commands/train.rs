@@ -290,7 +290,9 @@ impl Run {
             shown.borrow_mut().set(done.get(), || "at most".into());
             interrupt::control()
         };
-        let validation = match trainer.validation(&proceed) {
+        let validation = trainer.validation(&proceed);
+        drop(shown);
+        let validation = match validation {
             Err(TrainError::Stopped) => return Err(self.stopped(trainer)?.into()),
             validation => validation?,
         };

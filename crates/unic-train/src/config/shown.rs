@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use unic_core::config::ProjectionConfig;
 
-/// Largest value of [`ProjectionSettings::chord_deviations`], that of cloth that lies on the body.
+/// Largest value of [`ProjectionSettings::chord_deviations`], which cloth on the body has.
 pub(crate) const MOST_CHORD_DEVIATIONS: f32 = 1.5;
 
 /// Strain projection of the finished model, see [`unic_core::projection`].
@@ -14,9 +14,10 @@ pub struct ProjectionSettings {
     pub at_inference: bool,
     /// Range of the length that an edge keeps around its mean in training, in standard deviations.
     pub deviations: f32,
-    /// Least lengths of the chords of taut cloth that hangs free of the body, in standard deviations below
-    /// their mean in training, 0 to 1.5. Where held-out motion bends more than the truth with every
-    /// bending, the one with which it bends most nearly as much is taken; else the first one.
+    /// Least lengths of the chords of taut cloth that hangs free of the body, in standard deviations
+    /// below their mean in training, 0 to 1.5. Held-out motion takes the largest, or a smaller one
+    /// where the garment bends over a tenth more than the truth; the first one is taken where nothing
+    /// is held out.
     #[serde(default = "widest_chords")]
     pub chord_deviations: Vec<f32>,
     /// Gauss-Seidel sweeps over the chords of each coarse level in a tick; no levels where it is 0,

@@ -125,7 +125,7 @@ fn sizes_are_refused_unless_they_rise() {
 }
 
 #[test]
-fn distances_of_pushes_are_refused_outside_their_range() {
+fn values_of_the_projection_are_refused_outside_their_range() {
     let of = |text: &str| {
         let config = TrainConfig::preset(Preset::Standard);
         config.with_assignments(&[text.to_owned()])
@@ -135,6 +135,10 @@ fn distances_of_pushes_are_refused_outside_their_range() {
         "projection.layers=0.6",
         "projection.layers=-0.1",
         "projection.order=[0.01]",
+        "projection.chord_deviations=[]",
+        "projection.chord_deviations=[-0.1]",
+        "projection.chord_deviations=[0.5, 1.6]",
+        "projection.chord_deviations=[nan]",
     ] {
         let found = of(text).unwrap_err().to_string();
         assert!(found.contains(text.split('=').next().unwrap()), "{found}");
@@ -244,4 +248,16 @@ fn runs_of_earlier_versions_keep_the_weights_of_the_capture() {
         panic!("standard's state is a displacement");
     };
     assert_eq!(skinning, SkinningSource::Given);
+}
+
+#[test]
+fn runs_of_earlier_versions_keep_their_chords() {
+    let mut settings = serde_json::to_value(TrainConfig::preset(Preset::Standard)).unwrap();
+    let removed = settings["projection"]
+        .as_object_mut()
+        .unwrap()
+        .remove("chord_deviations");
+    assert!(removed.is_some());
+    let config: TrainConfig = serde_json::from_value(settings).unwrap();
+    assert_eq!(config.projection.chord_deviations, [1.5]);
 }

@@ -4,20 +4,20 @@ use rayon::prelude::*;
 use unic_core::{character::Character, surface::Surface};
 use unic_eval::PreparedClip;
 
-/// Number of frames that distances are measured in, over all clips.
-const FRAMES: usize = 48;
+/// Largest number of frames that distances are measured in, over all clips.
+const MOST_FRAMES: usize = 48;
 
-/// Share of the frames in which a vertex is nearer to the body than its distance. Cloth that hangs free
-/// touches the body at times: thighs push a skirt.
-const NEARER: f32 = 0.9;
+/// Quantile of a vertex's distances over the frames that is its gap. Cloth that hangs free touches the body
+/// at times: thighs push a skirt. Cloth on the body seldom leaves it.
+const QUANTILE: f32 = 0.9;
 
-/// Returns for each of `vertices` the distance from the body, metres, that it stays below in
-/// [`NEARER`] of the frames. Negative inside the body; infinite without frames and without a body.
+/// Returns the gap of each of `vertices` to the body, metres: the 90th percentile of its distances.
+/// Negative inside the body; infinite without frames and without a body.
 pub(super) fn body_gaps(character: &Character, clips: &[PreparedClip], vertices: &[u32]) -> Vec<f32> {
     let frames: Vec<(&PreparedClip, usize)> = (clips.iter())
         .flat_map(|clip| (0..clip.len()).map(move |t| (clip, t)))
         .collect();
-    let step = frames.len().div_ceil(FRAMES).max(1);
+    let step = frames.len().div_ceil(MOST_FRAMES).max(1);
     let mut surface = Surface::build(&character.body);
     let mut body = Vec::new();
     let mut distances = vec![Vec::new(); vertices.len()];
@@ -31,14 +31,14 @@ pub(super) fn body_gaps(character: &Character, clips: &[PreparedClip], vertices:
         };
         distances.par_iter_mut().zip(vertices).for_each(measure);
     }
-    distances.iter_mut().map(|d| upper(d)).collect()
+    distances.iter_mut().map(|d| quantile(d)).collect()
 }
 
-/// The value that [`NEARER`] of the distances stay below.
-fn upper(distances: &mut [f32]) -> f32 {
+/// Returns the [`QUANTILE`] of distances.
+fn quantile(distances: &mut [f32]) -> f32 {
     let last = distances.len().saturating_sub(1);
     distances.sort_by(f32::total_cmp);
-    let at = (NEARER * last as f32).round() as usize;
+    let at = (QUANTILE * last as f32).round() as usize;
     distances.get(at).copied().unwrap_or(f32::INFINITY)
 }
 
@@ -73,10 +73,10 @@ mod tests {
     }
 
     #[test]
-    fn nine_tenths_of_the_distances_are_below_a_gap() {
+    fn a_gap_is_the_90th_percentile_of_the_distances() {
         let mut distances: Vec<f32> = (0..=20).rev().map(|i| i as f32).collect();
-        assert_eq!(upper(&mut distances), 18.0);
-        assert_eq!(upper(&mut [0.5]), 0.5);
-        assert_eq!(upper(&mut []), f32::INFINITY);
+        assert_eq!(quantile(&mut distances), 18.0);
+        assert_eq!(quantile(&mut [0.5]), 0.5);
+        assert_eq!(quantile(&mut []), f32::INFINITY);
     }
 }

@@ -55,7 +55,7 @@ fn chords_may_become_much_longer_than_in_training_and_long_ones_shorter() {
         let [shortest, longest] = match i < edges {
             true => [1.0 - 0.05, 1.0 + 0.05],
             false if length > LONGEST_CHORD_M => [0.0, 1.1 * CHORD_STRETCH],
-            false => [1.0 - 0.1 * CHORD_DEVIATIONS, 1.1 * CHORD_STRETCH],
+            false => [1.0 - 0.1 * MOST_CHORD_DEVIATIONS, 1.1 * CHORD_STRETCH],
         };
         counts[usize::from(i >= edges) + usize::from(length > LONGEST_CHORD_M)] += 1;
         assert!(
@@ -78,23 +78,23 @@ fn chords_of_cloth_that_hangs_free_alone_follow_the_setting() {
     };
     let strain = measured(&rest, 0.1, gap);
     assert!(strain.hangs_free());
-    let (wide, narrow) = (strain.limits(CHORD_DEVIATIONS), strain.limits(0.5));
+    let (wide, narrow) = (strain.limits(MOST_CHORD_DEVIATIONS), strain.limits(0.5));
     assert_eq!(wide, measured(&rest, 0.1, |_| 0.0).limits(0.5));
-    let mut counts = [0; 3];
+    let (mut counts, edges) = ([0; 3], welded_edges(&rest).len());
     let pairs = limited_pairs(&ProjectionConfig::default(), &rest);
     for (i, ([a, b], (wide, narrow))) in pairs.into_iter().zip(wide.iter().zip(narrow)).enumerate() {
         let [a, b] = [a, b].map(|v| rest.vertices[v as usize]);
         let length = a.distance(b);
         // The nearer end decides.
         let share = match gap(a).min(gap(b)) {
-            _ if i < welded_edges(&rest).len() || length > LONGEST_CHORD_M => 0.0,
+            _ if i < edges || length > LONGEST_CHORD_M => 0.0,
             gap if gap < 0.02 => 0.0,
             gap if gap < 0.04 => 0.5,
             _ => 1.0,
         };
         counts[(2.0 * share) as usize] += 1;
         // A tenth is three quarters taut.
-        let raised = 0.1 * length * 0.75 * share * (CHORD_DEVIATIONS - 0.5);
+        let raised = 0.1 * length * 0.75 * share * (MOST_CHORD_DEVIATIONS - 0.5);
         assert!(
             (narrow.shortest - wide.shortest - raised).abs() < 1e-5,
             "{i}: {narrow:?}"
@@ -110,7 +110,7 @@ fn chords_of_cloth_that_folds_keep_their_range() {
     for (share, taut) in [(0.07, true), (0.17, false)] {
         let strain = measured(&rest, share, |_| 1.0);
         assert_eq!(strain.hangs_free(), taut);
-        let longer = zip(strain.limits(0.0), strain.limits(CHORD_DEVIATIONS))
+        let longer = zip(strain.limits(0.0), strain.limits(MOST_CHORD_DEVIATIONS))
             .filter(|(tight, wide)| tight.shortest > wide.shortest);
         assert_eq!(longer.count() > 0, taut);
     }

@@ -74,7 +74,7 @@ impl Trainer {
             validation: validation + judging,
             last_validation: validation
                 + judging * self.field_shares().len() as f64
-                + shown * self.shown_trials() as f64
+                + shown * (self.shown_trials() + self.crossing_trials()) as f64
                 + self.seconds_of_measuring_life()? * self.life_trials() as f64,
         })
     }
@@ -93,7 +93,7 @@ impl Trainer {
         let frames = judged_frames(data);
         let of_validation = |clip| shares * most(clip, frames) + most(clip, usize::MAX);
         let validation: u64 = data.validation.iter().map(of_validation).sum();
-        validation + trial * (self.shown_trials() as u64 + 1)
+        validation + trial * self.shown_trials() as u64
     }
 
     /// Seconds of a step of a field of another width and number of hidden layers, averaged over the

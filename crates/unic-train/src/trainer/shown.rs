@@ -1,6 +1,8 @@
 //! Choices that motions left out make of the shown cloth: bending, chords and order of the strain
 //! projection, and the factor of the replay.
 
+mod search;
+
 use super::Trainer;
 use crate::{
     error::TrainError,
@@ -9,6 +11,7 @@ use crate::{
         Chosen, FreeBending, FreeCrossings, FreeLife, Proceed, ValidationMotion, go_on, true_liveliness,
     },
 };
+use search::{Trial, best_chords, best_order, share_of_step};
 use std::sync::Arc;
 use unic_core::model::{Model, ModelParts};
 use unic_eval::{Liveliness, LivingMeasure, PreparedClip, SelfCrossingShares};
@@ -26,33 +29,12 @@ const MOST_FACTORS: usize = 1 + LIVELIER.len();
 /// dress crumple in a calm dance.
 const LEAST_JUDGED: usize = 5;
 
-/// Share of the excess of self-crossings that a larger order has to take away.
-const LEAST_GAIN: f64 = 0.1;
-
-/// Largest growth of the error by an order, as a share of the least error of the smaller ones.
-const ORDER_COST: f64 = 0.01;
-
-/// Bending by the truth's from which on longer chords are tried.
-const BENDS_TOO_MUCH: f64 = 1.1;
-
-/// Largest growth of the error by longer chords, as a share of the error with those of the settings.
-const CHORD_COST: f64 = 0.02;
-
-/// Life and error of the cloth with a factor of the replay.
-#[derive(Clone, Copy, Debug)]
-struct Trial {
-    factor: f64,
-    /// Logarithm of the living ratio (see [`FreeLife::excess`]).
-    excess: f64,
-    rmse: f64,
-}
-
 /// Receiver of a model and a clip that it has not seen.
 type See<'a> = dyn FnMut(&Arc<Model>, &PreparedClip, &mut Proceed) -> Result<(), TrainError> + 'a;
 
 impl Trainer {
-    /// Chooses bending and factor for a share of the field with the least order, the order, then the
-    /// bending with it.
+    /// Chooses bending, chords and factor for a share of the field with the least order, the order, then
+    /// the bending with it.
     pub(super) fn choose_shown(
         &self,
         parameters: &[Vec<f32>],
@@ -61,6 +43,7 @@ impl Trainer {
     ) -> Result<Chosen, TrainError> {
         let mut chosen = Chosen {
             field_share,
+            chord_deviations: self.chord_choices().iter().copied().max_by(f32::total_cmp),
             order: self.orders().iter().copied().min_by(f32::total_cmp),
             ..Chosen::SETTINGS
         };
@@ -83,11 +66,13 @@ impl Trainer {
         proceed: &mut Proceed,
     ) -> Result<Chosen, TrainError> {
         chosen.bending = self.bending(parameters, chosen, 0.0, proceed)?;
+        let shortest = chosen.chord_deviations;
         chosen.chord_deviations = self.chord_deviations(parameters, chosen, proceed)?;
         chosen.replay_factor = self.replay_factor(parameters, chosen, proceed)?;
         // More wrinkles bend more, so smaller values bend too much still.
         let least = match chosen.replay_factor {
-            None => return Ok(chosen),
+            None if chosen.chord_deviations == shortest => return Ok(chosen),
+            None => 0.0,
             Some(factor) if factor > 1.0 => chosen.bending.unwrap_or(0.0),
             Some(_) => 0.0,
         };
@@ -97,13 +82,23 @@ impl Trainer {
 
     /// Number of times that [`Trainer::choose_shown`] animates the judged clips at most.
     pub(super) fn shown_trials(&self) -> usize {
-        // Counting the crossings takes time, too.
-        let (bendings, orders) = (self.bendings().len(), 2 * self.orders().len());
-        let others = orders + self.chord_choices().len();
-        match self.judges_replay() {
-            true => 3 * bendings + MOST_FACTORS + others,
-            false => 2 * bendings + others,
-        }
+        let factors = match self.judges_replay() {
+            true => MOST_FACTORS,
+            false => 0,
+        };
+        let (bendings, chords) = (self.bendings().len(), self.chord_choices().len());
+        // The bending is chosen once more after the factor or the chords, and after the order.
+        let again = match factors + chords {
+            0 => 1,
+            _ => 2,
+        };
+        (1 + again) * bendings + chords + factors + self.orders().len()
+    }
+
+    /// Number of times that [`Trainer::choose_shown`] counts the self-crossings of the judged clips at most,
+    /// which takes about as long as to animate them.
+    pub(super) fn crossing_trials(&self) -> usize {
+        self.orders().len()
     }
 
     /// Number of times that [`Trainer::choose_shown`] measures the life of the judged clips at most.
@@ -165,7 +160,7 @@ impl Trainer {
     ) -> Result<Option<f32>, TrainError> {
         let choices = self.chord_choices();
         // A lone value needs no judgement.
-        if choices.len() < 2 || !self.field.data.strain.hangs_free() {
+        if choices.len() < 2 {
             return Ok(choices.first().copied());
         }
         let found = best_chords(choices, |deviations| {
@@ -337,12 +332,11 @@ impl Trainer {
         }
     }
 
-    /// Values of `projection.chord_deviations` that [`Trainer::validation`] tries at most; none without a
-    /// projection.
+    /// Values of `projection.chord_deviations` that [`Trainer::validation`] tries at most; none without
+    /// chords that they change.
     fn chord_choices(&self) -> &[f32] {
-        let settings = &self.config().projection;
-        match settings.at_inference {
-            true => &settings.chord_deviations,
+        match self.field.data.strain.hangs_free() {
+            true => &self.config().projection.chord_deviations,
             false => &[],
         }
     }
@@ -355,154 +349,5 @@ impl Trainer {
             true => &settings.bending,
             false => &[],
         }
-    }
-}
-
-/// Finds the order with the least excess of self-crossings, given excess and error of each that is tried.
-/// None where those of the least one are not finite.
-fn best_order(
-    orders: &[f32],
-    mut trial: impl FnMut(f32) -> Result<[f64; 2], TrainError>,
-) -> Result<Option<f32>, TrainError> {
-    let mut least_first = orders.to_vec();
-    least_first.sort_by(f32::total_cmp);
-    let (mut best, mut largest_rmse): (Option<(f64, f32)>, _) = (None, f64::INFINITY);
-    for order in least_first {
-        let [excess, rmse] = trial(order)?;
-        if !excess.is_finite() || !rmse.is_finite() || rmse > largest_rmse {
-            break;
-        }
-        if best.is_none_or(|(least, _)| excess < (1.0 - LEAST_GAIN) * least) {
-            best = Some((excess, order));
-        }
-        // Larger values can only cost more.
-        if excess == 0.0 {
-            break;
-        }
-        largest_rmse = largest_rmse.min(rmse * (1.0 + ORDER_COST));
-    }
-    Ok(best.map(|(_, order)| order))
-}
-
-/// Finds the chords with which the garment bends most nearly as much as the truth, given for each choice the
-/// logarithm of the bending by the truth's and the error. Longer chords than the shortest are tried only
-/// where those bend too much, at a limited cost. None where a choice has no finite numbers at once.
-fn best_chords(
-    choices: &[f32],
-    mut trial: impl FnMut(f32) -> Result<Option<[f64; 2]>, TrainError>,
-) -> Result<Option<f32>, TrainError> {
-    let mut shortest_first = choices.to_vec();
-    shortest_first.sort_by(|a, b| b.total_cmp(a));
-    let (mut best, mut largest_rmse): (Option<(f64, f32)>, _) = (None, f64::INFINITY);
-    for deviations in shortest_first {
-        let Some([excess, rmse]) = trial(deviations)? else {
-            break;
-        };
-        if !rmse.is_finite() || rmse > largest_rmse {
-            break;
-        }
-        if best.is_none_or(|(least, _)| excess.abs() < least) {
-            best = Some((excess.abs(), deviations));
-        }
-        // Longer chords can only bend less.
-        if excess < BENDS_TOO_MUCH.ln() {
-            break;
-        }
-        largest_rmse = largest_rmse.min(rmse * (1.0 + CHORD_COST));
-    }
-    Ok(best.map(|(_, deviations)| deviations))
-}
-
-/// Share of the step from one factor to the next, on a scale of logarithms, after which the excess is
-/// zero or the error `largest_rmse`. 1 where neither happens.
-fn share_of_step(last: Trial, next: Trial, largest_rmse: f64) -> f64 {
-    // From a value that is not positive to one that is.
-    let rise = |from: f64, to: f64| match from <= 0.0 && to > 0.0 {
-        true => from / (from - to),
-        false => 1.0,
-    };
-    let life = rise(last.excess, next.excess).min(rise(-last.excess, -next.excess));
-    life.min(rise(last.rmse - largest_rmse, next.rmse - largest_rmse))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The order that is chosen by these excesses and errors, and how many were tried.
-    fn chosen(trials: &[[f64; 2]]) -> (Option<f32>, usize) {
-        let orders: Vec<f32> = (0..trials.len()).rev().map(|i| i as f32).collect();
-        let mut tried = 0;
-        let order = best_order(&orders, |order| {
-            tried += 1;
-            Ok(trials[order as usize])
-        });
-        (order.unwrap(), tried)
-    }
-
-    #[test]
-    fn an_order_has_to_take_crossings_away_at_a_small_cost() {
-        assert_eq!(chosen(&[[0.4, 10.0], [0.2, 10.05], [0.1, 10.0]]), (Some(2.0), 3));
-        // A twentieth less is no gain.
-        assert_eq!(chosen(&[[0.4, 10.0], [0.38, 9.0], [0.39, 9.0]]), (Some(0.0), 3));
-        // Costs count from the least error so far.
-        assert_eq!(chosen(&[[0.4, 10.0], [0.2, 9.9], [0.0, 10.01]]), (Some(1.0), 3));
-        assert_eq!(chosen(&[[0.4, 10.0], [0.1, 10.2], [0.0, 10.0]]), (Some(0.0), 2));
-        // Nothing is left to take away.
-        assert_eq!(chosen(&[[0.0, 10.0], [0.0, 9.0]]), (Some(0.0), 1));
-        assert_eq!(chosen(&[[0.4, 10.0], [f64::NAN, 10.0]]), (Some(0.0), 2));
-        assert_eq!(chosen(&[[f64::NAN, f64::NAN], [0.1, 10.0]]), (None, 1));
-        assert_eq!(chosen(&[[0.4, 10.0], [0.1, f64::NAN]]), (Some(0.0), 2));
-    }
-
-    #[test]
-    fn chords_become_longer_only_where_cloth_bends_too_much() {
-        let chosen = |trials: &[Option<[f64; 2]>]| {
-            let choices: Vec<f32> = (0..trials.len()).map(|i| i as f32).collect();
-            let mut tried = 0;
-            // The first trial is that of the largest value.
-            let found = best_chords(&choices, |choice| {
-                tried += 1;
-                Ok(trials[trials.len() - 1 - choice as usize])
-            });
-            (found.unwrap(), tried)
-        };
-        assert_eq!(chosen(&[Some([0.05, 10.0]), Some([0.0, 9.0])]), (Some(1.0), 1));
-        assert_eq!(chosen(&[Some([-0.3, 10.0]), Some([0.0, 9.0])]), (Some(1.0), 1));
-        let crumpled = Some([0.6, 10.0]);
-        assert_eq!(
-            chosen(&[crumpled, Some([0.3, 10.1]), Some([0.2, 10.2])]),
-            (Some(0.0), 3)
-        );
-        // The error counts from that of the shortest, and the bending may become too small.
-        assert_eq!(
-            chosen(&[crumpled, Some([0.3, 10.1]), Some([0.2, 10.3])]),
-            (Some(1.0), 3)
-        );
-        assert_eq!(chosen(&[crumpled, Some([-0.7, 10.0])]), (Some(1.0), 2));
-        assert_eq!(chosen(&[crumpled, None]), (Some(1.0), 2));
-        assert_eq!(chosen(&[None, crumpled]), (None, 1));
-    }
-
-    #[test]
-    fn a_step_ends_where_wrinkles_live_enough_or_cost_too_much() {
-        let trial = |factor, excess, rmse| Trial { factor, excess, rmse };
-        let first = trial(1.0, -0.2, 10.0);
-        let share = |next, largest_rmse| share_of_step(first, next, largest_rmse);
-        assert_eq!(share(trial(2.0, -0.1, 10.1), 10.6), 1.0);
-        assert!((share(trial(2.0, 0.2, 10.1), 10.6) - 0.5).abs() < 1e-12);
-        assert!((share(trial(2.0, 0.2, 12.4), 10.6) - 0.25).abs() < 1e-12);
-        // No cost is allowed, but a gain is.
-        assert_eq!(share(trial(2.0, -0.1, 10.1), 10.0), 0.0);
-        assert_eq!(share(trial(2.0, -0.1, 9.9), 10.0), 1.0);
-        let lively = trial(1.0, 0.3, 10.0);
-        let share = |next| share_of_step(lively, next, 10.6);
-        assert!((share(trial(0.5, -0.1, 10.2)) - 0.75).abs() < 1e-12);
-        assert!((share(trial(0.5, 0.1, 12.4)) - 0.25).abs() < 1e-12);
-        // Wrinkles that live as much as the truth's stay.
-        assert_eq!(
-            share_of_step(trial(1.0, 0.0, 10.0), trial(2.0, 0.1, 10.0), 10.6),
-            0.0
-        );
     }
 }

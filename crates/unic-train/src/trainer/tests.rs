@@ -1,6 +1,6 @@
 //! Contract: the bending of the strain projection is that with which the garment bends most like the
 //! truth over several motions, each predicted by a prior that has not seen it; they choose the factor
-//! of the replay, too.
+//! of the replay, too. Chords that they choose reach the model.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -9,11 +9,15 @@ use crate::{
     Control, Fit, Preset, SkinningSource, StateSettings, TrainConfig, config::Refit, field_data::FieldData,
     validation::Chosen,
 };
-use std::sync::Arc;
-use unic_core::{Animator, IntersectionMode, Model, Start, StepInput, model::ModelParts};
+use glam::Vec3;
+use std::{f32::consts::TAU, iter::zip, sync::Arc};
+use unic_core::{
+    Animator, IntersectionMode, Model, Start, StepInput, character::Garment, mesh::TriMesh,
+    model::ModelParts, projection::welded_edges, skinning::SkinningWeights,
+};
 use unic_eval::{BendingRatio, PreparedClip};
 use unic_io::Split;
-use unic_testdata::{Figure, capture, take};
+use unic_testdata::{Figure, Take, capture, take};
 
 /// Two values between which the motions are at odds.
 const BENDINGS: [f32; 2] = [0.0178, 0.0223];
@@ -171,4 +175,80 @@ fn more_motions_than_needed_are_thinned_out_evenly() {
 #[test]
 fn a_lone_motion_judges_nothing_that_was_fitted_to_it() {
     assert!(trainer(1).data().judges.is_empty());
+}
+
+/// Trainer of a wide skirt of 2,304 vertices around a column, which shrinks and grows.
+fn hanging() -> Trainer {
+    let (sides, rings) = (96u32, 24u32);
+    let mut figure = Figure::tube();
+    let place = |i: u32| {
+        let (sin, cos) = (TAU * (i % sides) as f32 / sides as f32).sin_cos();
+        Vec3::new(0.25 * sin, 0.5 + 0.01 * (i / sides) as f32, 0.25 * cos)
+    };
+    let quad = |i: u32| {
+        let (ring, side) = (i / sides * sides, i % sides);
+        let [a, b] = [ring + side, ring + (side + 1) % sides];
+        [[a, b, b + sides], [a, b + sides, a + sides]]
+    };
+    let (vertices, faces) = (
+        (0..sides * rings).map(place),
+        (0..sides * (rings - 1)).flat_map(quad),
+    );
+    let rest = TriMesh::new(vertices.collect(), faces.collect()).unwrap();
+    let hip = |vertices: usize| [1.0, 0.0, 0.0, 0.0, 0.0, 0.0].repeat(vertices);
+    let weights = SkinningWeights::from_dense(&hip(rest.vertices.len()), rest.vertices.len(), 6).unwrap();
+    figure.garment = Garment::new(rest, weights);
+    let take = |i: usize| {
+        let Take { clip, .. } = take(&format!("take{i}"), i, 24);
+        let mut garment = figure.skinned(&clip);
+        for (t, frame) in garment.iter_mut().enumerate() {
+            let centre = frame.iter().sum::<Vec3>() / frame.len() as f32;
+            let scale = 1.0 + 0.03 * ((t + i) as f32).sin();
+            frame.iter_mut().for_each(|p| *p = centre + scale * (*p - centre));
+        }
+        (Take { clip, garment }, Split::Train)
+    };
+    let takes: Vec<_> = (0..3).map(take).collect();
+    let (_folder, capture) = capture(&figure, &takes);
+    let config = settings();
+    let data = FieldData::prepare(capture, &config, Fit::HeldOut).unwrap();
+    Trainer::new(data, config).unwrap()
+}
+
+#[test]
+fn chosen_chords_reach_the_model() {
+    let mut trainer = hanging();
+    let limits = |chord_deviations| {
+        let chosen = Chosen {
+            chord_deviations,
+            ..Chosen::SETTINGS
+        };
+        let model = trainer.model_of(&trainer.learner.kept(), chosen).unwrap();
+        model.to_parts().strain_limits
+    };
+    let (short, long) = (limits(Some(1.5)), limits(Some(0.0)));
+    assert_eq!(short, limits(None), "the first of the settings");
+    let edges = welded_edges(&trainer.data().capture.garment.rest).len();
+    assert_eq!(short[..edges], long[..edges]);
+    let longer = zip(&short, &long).filter(|(short, long)| long.shortest > short.shortest);
+    assert!(longer.count() > 100);
+
+    let mut validation = trainer.validation(&|| Control::Continue).unwrap().unwrap();
+    assert!(validation.chord_deviations.is_some());
+    validation.chord_deviations = Some(0.0);
+    trainer.set_validation(validation);
+    assert_eq!(trainer.model().unwrap().to_parts().strain_limits, long);
+    // The fit on all clips has measured lengths of its own.
+    let config = trainer.config().clone();
+    let data = trainer.into_data().on_all_clips().unwrap();
+    let all = Trainer::new(data, config).unwrap().model().unwrap();
+    let all = all.to_parts().strain_limits;
+    assert!(all.len() == short.len() && all != short && all != long);
+}
+
+#[test]
+fn a_garment_without_chords_has_none_to_choose() {
+    let validation = trainer(3).validation(&|| Control::Continue).unwrap().unwrap();
+    assert!(validation.bending.is_some());
+    assert_eq!(validation.chord_deviations, None);
 }
