@@ -55,7 +55,8 @@ pub struct Validation {
     pub bending: Option<f32>,
     /// Least lengths of the chords of taut cloth that hangs free of the body, in standard deviations
     /// below their mean in training. Below the largest of the settings only where the garment, with the
-    /// bending above, bends over a tenth more than the truth on the same starts. None without a
+    /// bending above, bends over a tenth more than the truth on the same starts, on average over the
+    /// clips. None without a
     /// projection, and without such chords.
     pub chord_deviations: Option<f32>,
     /// Least distance along the smoothed cloth that pushes restore, in mean edge lengths; 0 for no
@@ -213,15 +214,22 @@ pub(crate) fn free_running_rmse_of(
 /// Bending and error of models in free running in the first [`BENDING_S`] seconds of several clips, in
 /// about ten frames a second. Intersections are not handled.
 pub(crate) struct FreeBending {
+    /// Of all clips, and without a clip.
     ratio: BendingRatio,
+    empty: BendingRatio,
+    /// Logarithms of the ratios of the clips.
+    by_clip: Vec<f64>,
     error: MeanSquare,
 }
 
 impl FreeBending {
     /// Prepares measurements of a garment.
     pub(crate) fn new(rest: &TriMesh) -> Self {
+        let empty = BendingRatio::new(rest);
         Self {
-            ratio: BendingRatio::new(rest),
+            ratio: empty.clone(),
+            empty,
+            by_clip: Vec::new(),
             error: MeanSquare::default(),
         }
     }
@@ -236,18 +244,31 @@ impl FreeBending {
         let fps = model.config().fps;
         let (most, every) = ((BENDING_S * fps) as usize, (fps / 10.0).round().max(1.0) as usize);
         let (clips, off) = (std::slice::from_ref(clip), IntersectionMode::Off);
+        let mut of_clip = self.empty.clone();
         run_freely(model, clips, most, off, proceed, &mut |t, predicted, truth| {
             if t.is_multiple_of(every) {
                 self.ratio.add(predicted, truth);
+                of_clip.add(predicted, truth);
                 self.error.add(predicted, truth);
             }
-        })
+        })?;
+        self.by_clip.extend(of_clip.ratio().map(f64::ln));
+        Ok(())
     }
 
-    /// Logarithm of the bending by the truth's. None if it is not finite, and without a truth that bends.
+    /// Logarithm of the bending by the truth's, over all clips: lively ones decide. None if it is not
+    /// finite, and without a truth that bends.
     pub(crate) fn excess(&self) -> Option<f64> {
         let excess = self.ratio.ratio().map(f64::ln);
         excess.filter(|excess| excess.is_finite())
+    }
+
+    /// Mean over the clips of the logarithm of the bending by the truth's, so that neither a calm motion
+    /// nor a lively one decides alone. None if it is not finite, and where no truth bends.
+    pub(crate) fn mean_excess(&self) -> Option<f64> {
+        // Without a clip the quotient is not finite.
+        let mean = self.by_clip.iter().sum::<f64>() / self.by_clip.len() as f64;
+        mean.is_finite().then_some(mean)
     }
 
     /// RMSE, metres.

@@ -71,7 +71,7 @@ pub(super) fn best_chords(
         if best.is_none_or(|(least, _)| excess.abs() < (1.0 - LEAST_GAIN) * least) {
             best = Some((excess.abs(), deviations));
         }
-        // Longer chords can only bend less.
+        // Longer chords are for cloth that bends too much.
         if excess < BENDS_TOO_MUCH.ln() {
             break;
         }
