@@ -214,8 +214,9 @@ pub(crate) fn free_running_rmse_of(
 /// Bending and error of models in free running in the first [`BENDING_S`] seconds of several clips, in
 /// about ten frames a second. Intersections are not handled.
 pub(crate) struct FreeBending {
-    /// Of all clips, and without a clip.
+    /// Ratio over all clips so far.
     ratio: BendingRatio,
+    /// Ratio without frames, with which each clip starts.
     empty: BendingRatio,
     /// Logarithms of the ratios of the clips.
     by_clip: Vec<f64>,

@@ -150,8 +150,8 @@ impl Trainer {
         Ok(found.or(self.bendings().first().copied()))
     }
 
-    /// Chooses the least lengths of free chords, if the model has a projection: longer ones only where the
-    /// garment bends too much.
+    /// Chooses the least lengths of free chords, if there are any: longer ones only where the garment bends
+    /// too much.
     fn chord_deviations(
         &self,
         parameters: &[Vec<f32>],
@@ -161,7 +161,7 @@ impl Trainer {
         let choices = self.chord_choices();
         // A lone value needs no judgement.
         if choices.len() < 2 {
-            return Ok(choices.first().copied());
+            return Ok(chosen.chord_deviations);
         }
         let found = best_chords(choices, |deviations| {
             let chosen = Chosen {
@@ -172,7 +172,7 @@ impl Trainer {
             // Calm motion shows crumples, which lively motion hides among its folds.
             Ok(bends.mean_excess().map(|excess| [excess, bends.rmse()]))
         })?;
-        Ok(found.or(choices.first().copied()))
+        Ok(found.or(chosen.chord_deviations))
     }
 
     /// Measures the bending on the judged clips.
