@@ -157,4 +157,6 @@ pub use sizing::{Candidate, Follow, Gain, Sizing, SizingEvent, SizingTrainer, Tr
 pub use stream::{Stream, generator};
 pub use time::TrainingTime;
 pub use trainer::{FieldRecord, Pace, Trainer};
-pub use validation::{JUDGED_S, Validation, ValidationMotion, free_running_rmse};
+pub use validation::{
+    Chosen, JUDGED_S, Measured, ShownTrial, Validation, ValidationMotion, free_running_rmse,
+};

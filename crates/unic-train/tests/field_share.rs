@@ -7,7 +7,10 @@ mod common;
 
 use common::*;
 use glam::Vec3;
-use std::sync::Arc;
+use std::sync::{
+    Arc,
+    atomic::{AtomicUsize, Ordering},
+};
 use unic_core::{Animator, IntersectionMode, Start, StepInput};
 use unic_train::*;
 
@@ -67,6 +70,7 @@ fn a_share_of_the_field_moves_the_displacement_by_that_share() {
             chord_deviations: None,
             order: None,
             replay_factor: None,
+            trials: vec![],
         });
         let mut animator = Animator::new(Arc::new(trainer.model().unwrap()));
         animator.set_intersection(IntersectionMode::Off);
@@ -92,14 +96,11 @@ fn a_share_of_the_field_moves_the_displacement_by_that_share() {
 #[test]
 fn a_validation_can_be_stopped_between_its_shares() {
     let (_, trainer) = harmed();
-    let asked = std::cell::Cell::new(0);
-    let proceed = || {
-        asked.set(asked.get() + 1);
-        match asked.get() {
-            1 => Control::Continue,
-            _ => Control::Stop,
-        }
+    let asked = AtomicUsize::new(0);
+    let ask = || match asked.fetch_add(1, Ordering::Relaxed) {
+        0 => Control::Continue,
+        _ => Control::Stop,
     };
-    assert!(matches!(trainer.validation(&proceed), Err(TrainError::Stopped)));
-    assert_eq!(asked.get(), 2);
+    assert!(matches!(trainer.validation(&ask), Err(TrainError::Stopped)));
+    assert_eq!(asked.into_inner(), 2);
 }

@@ -317,6 +317,7 @@ fn fit_on_all_clips_records_the_validation_of_the_fit_before() {
         chord_deviations: None,
         order: None,
         replay_factor: None,
+        trials: vec![],
     });
     let training = trainer.model().unwrap().about().training.clone();
     assert_eq!(training["fit"], "all_clips");

@@ -29,8 +29,8 @@ use preview::Preview;
 use result::FinishedRun;
 pub use result::TrainingSummary;
 use std::{
-    cell::{Cell, RefCell},
     path::{Path, PathBuf},
+    sync::{Mutex, PoisonError},
     time::{Duration, Instant},
 };
 use unic_io::Capture;
@@ -284,19 +284,24 @@ impl Run {
     /// Measures the error on the clips that the fit held out, with progress. `None` if it held out none.
     fn validated(&self, trainer: &Trainer) -> Result<Option<Validation>> {
         let frames = trainer.most_validation_frames();
-        let (done, shown) = (Cell::new(0), RefCell::new(Progress::new("validating", 0, frames)));
-        let proceed = || {
-            done.set(frames.min(done.get() + 1));
-            shown.borrow_mut().set(done.get(), || "at most".into());
+        let shown = Mutex::new((0, Progress::new("validating", 0, frames)));
+        let ask = || {
+            // A panic while it is shown does not harm the progress.
+            let (done, progress) = &mut *shown.lock().unwrap_or_else(PoisonError::into_inner);
+            *done = frames.min(*done + 1);
+            progress.set(*done, || "at most".into());
             interrupt::control()
         };
-        let validation = trainer.validation(&proceed);
+        let validation = trainer.validation(&ask);
         drop(shown);
         let validation = match validation {
             Err(TrainError::Stopped) => return Err(self.stopped(trainer)?.into()),
             validation => validation?,
         };
         if let Some(validation) = &validation {
+            for trial in &validation.trials {
+                self.folder.log(&format!("shown cloth: {trial}"))?;
+            }
             let bending = validation.bending;
             let bending = bending.map_or_else(String::new, |b| format!(", bending {b} of the projection"));
             let chords = validation.chord_deviations;

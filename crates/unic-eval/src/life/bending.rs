@@ -32,6 +32,16 @@ impl BendingRatio {
         self.frames += 1;
     }
 
+    /// Adds the frames of another measurement of the same garment.
+    #[must_use]
+    pub fn with(mut self, other: Self) -> Self {
+        for (sum, other) in self.squared.iter_mut().zip(other.squared) {
+            *sum += other;
+        }
+        self.frames += other.frames;
+        self
+    }
+
     /// Returns the ratio; none where the truth does not bend.
     pub fn ratio(&self) -> Option<f64> {
         let [predicted, truth] = self.squared;
@@ -67,5 +77,10 @@ mod tests {
         let mut bending = BendingRatio::new(&rest);
         bending.add(&bent(0.3), &bent(-0.6));
         assert!((bending.ratio().unwrap() - 0.5).abs() < 1e-5, "{bending:?}");
+        let mut other = BendingRatio::new(&rest);
+        other.add(&bent(0.3), &bent(0.6));
+        other.add(&bent(0.1), &bent(0.2));
+        let all = bending.with(other).ratio().unwrap();
+        assert!((all - (0.19_f64 / 0.76).sqrt()).abs() < 1e-5, "{all}");
     }
 }

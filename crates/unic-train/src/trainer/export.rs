@@ -97,21 +97,22 @@ impl Trainer {
     /// other motions, each with the prior that has not seen it. The value is taken with which the
     /// garment bends most nearly as much as the truth. Smaller values leave more wrinkles. Where the
     /// garment then bends over a tenth more than the truth, smaller `projection.chord_deviations` are
-    /// tried in the same way, at an error of at most 2 % more. On the same starts the replay gets the factor with which wrinkles come and go as much as the truth's, at a
-    /// limited cost of accuracy. Then the values of `projection.order` are tried, and the one is taken
-    /// with which the garment passes through itself least beyond what the truth does, at an error of at
-    /// most 1 % more. Bending is chosen once more if that has pushes.
+    /// tried in the same way, at an error of at most 2 % more. On the same starts the replay gets the
+    /// factor with which wrinkles come and go as much as the truth's, at a limited cost of accuracy.
+    /// Then the values of `projection.order` are tried, and the one is taken with which the garment
+    /// passes through itself least beyond what the truth does, at an error of at most 1 % more. Bending
+    /// is chosen once more if that has pushes.
     ///
     /// # Errors
-    /// The errors of [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, called before each
-    /// frame, answers stop.
-    pub fn validation(&self, proceed: &dyn Fn() -> Control) -> Result<Option<Validation>, TrainError> {
+    /// The errors of [`Trainer::run`]; [`TrainError::Stopped`] where `ask`, called before each frame
+    /// from several threads, answers stop.
+    pub fn validation(&self, ask: &(dyn Fn() -> Control + Sync)) -> Result<Option<Validation>, TrainError> {
         if !self.field.validates() {
             return Ok(None);
         }
         let parameters = self.learner.kept();
         let (data, clips) = (&self.field.data, &self.field.data.validation);
-        let mut proceed = || proceed();
+        let mut proceed = || ask();
         let mut best: Option<(f64, f32)> = None;
         let shares = self.field_shares();
         // A lone share needs no judgement.
@@ -130,7 +131,7 @@ impl Trainer {
             }
         }
         let field_share = best.map_or(shares[0], |(_, share)| share);
-        let chosen = self.choose_shown(&parameters, field_share, &mut proceed)?;
+        let (chosen, trials) = self.choose_shown(&parameters, field_share, ask)?;
         let model = Arc::new(self.model_of(&parameters, chosen)?);
         let intersection = model.config().intersection;
         let rmse = free_running_rmse_of(&model, clips, usize::MAX, intersection, &mut proceed)?;
@@ -144,6 +145,7 @@ impl Trainer {
             chord_deviations: chosen.chord_deviations,
             order: chosen.order,
             replay_factor: chosen.replay_factor,
+            trials,
         }))
     }
 

@@ -7,10 +7,14 @@ use crate::{
     fit::Fit,
     learner::{Averaging, Learner},
     network::Network,
-    validation::{BENDING_S, Chosen, free_running_rmse_of, living_frames},
+    validation::{Chosen, JUDGED_START_S, free_running_rmse_of, living_frames},
 };
 use std::{sync::Arc, time::Instant};
-use unic_core::{config::IntersectionMode, model::Model};
+use unic_core::{
+    config::IntersectionMode,
+    model::Model,
+    parallel::{Serial, install},
+};
 use unic_eval::{LivingMeasure, PreparedClip};
 use unic_kernels::FieldShape;
 
@@ -62,10 +66,13 @@ impl Trainer {
         let validation = self.seconds_of_validating(&model, model.config().intersection, usize::MAX)?;
         let judging = self.seconds_of_validating(&model, IntersectionMode::Off, frames)?;
         let data = &self.field.data;
-        let frames = (BENDING_S * data.config.fps) as usize;
-        // Judges are about as long as the clips held out.
-        let judged = 1.0 + data.judges.len() as f64 / data.validation.len().max(1) as f64;
-        let shown = judged * self.seconds_of_validating(&model, IntersectionMode::Off, frames)?;
+        let frames = (JUDGED_START_S * data.config.fps) as usize;
+        let shown = install(Arc::new(Serial), || {
+            self.seconds_of_validating(&model, IntersectionMode::Off, frames)
+        })?;
+        // Clips run side by side, each on one thread. Judges are about as long as the clips held out.
+        let rounds = self.judged().count().div_ceil(rayon::current_num_threads());
+        let shown = shown * rounds as f64 / data.validation.len().max(1) as f64;
         Ok(Pace {
             step,
             judging,
@@ -79,12 +86,12 @@ impl Trainer {
         })
     }
 
-    /// Largest number of frames that [`Trainer::validation`] animates, each after a call of its `proceed`.
+    /// Largest number of frames that [`Trainer::validation`] animates, each after a call of its `ask`.
     /// Most validations end sooner: where a value is too large, no larger one is tried.
     pub fn most_validation_frames(&self) -> u64 {
         let data = &self.field.data;
         let most = |clip: &PreparedClip, frames: usize| clip.len().min(frames) as u64;
-        let starts = (BENDING_S * data.config.fps) as usize;
+        let starts = (JUDGED_START_S * data.config.fps) as usize;
         let trial: u64 = self.judged().map(|(clip, _)| most(clip, starts)).sum();
         let shares = match self.field_shares().len() {
             1 => 0,
