@@ -184,7 +184,7 @@ impl<'a> Choice<'a> {
                 measured,
                 rmse,
             });
-            Ok([excess, rmse])
+            Ok(Some([excess, rmse]))
         })?;
         Ok(found.or(orders.first().copied()))
     }

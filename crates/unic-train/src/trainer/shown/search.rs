@@ -23,30 +23,17 @@ pub(super) struct Trial {
     pub(super) rmse: f64,
 }
 
+/// Excess of a property over the truth's, and the error, of the cloth with a value. None where the excess
+/// is not known.
+type Tried = Result<Option<[f64; 2]>, TrainError>;
+
 /// Finds the order with the least excess of self-crossings, given excess and error of each that is tried.
 /// None where those of the least one are not finite.
-pub(super) fn best_order(
-    orders: &[f32],
-    mut trial: impl FnMut(f32) -> Result<[f64; 2], TrainError>,
-) -> Result<Option<f32>, TrainError> {
+pub(super) fn best_order(orders: &[f32], trial: impl FnMut(f32) -> Tried) -> Result<Option<f32>, TrainError> {
     let mut least_first = orders.to_vec();
     least_first.sort_by(f32::total_cmp);
-    let (mut best, mut largest_rmse): (Option<(f64, f32)>, _) = (None, f64::INFINITY);
-    for order in least_first {
-        let [excess, rmse] = trial(order)?;
-        if !excess.is_finite() || !rmse.is_finite() || rmse > largest_rmse {
-            break;
-        }
-        if best.is_none_or(|(least, _)| excess < (1.0 - LEAST_GAIN) * least) {
-            best = Some((excess, order));
-        }
-        // Larger values can only cost more.
-        if excess == 0.0 {
-            break;
-        }
-        largest_rmse = largest_rmse.min(rmse * (1.0 + ORDER_COST));
-    }
-    Ok(best.map(|(_, order)| order))
+    // Larger values than one without an excess can only cost more.
+    best(&least_first, ORDER_COST, |excess| excess == 0.0, trial)
 }
 
 /// Finds the chords with which the garment bends most nearly as much as the truth.
@@ -56,28 +43,37 @@ pub(super) fn best_order(
 /// finite.
 pub(super) fn best_chords(
     choices: &[f32],
-    mut trial: impl FnMut(f32) -> Result<Option<[f64; 2]>, TrainError>,
+    trial: impl FnMut(f32) -> Tried,
 ) -> Result<Option<f32>, TrainError> {
     let mut shortest_first = choices.to_vec();
     shortest_first.sort_by(|a, b| b.total_cmp(a));
+    let is_enough = |excess| excess < BENDS_TOO_MUCH.ln();
+    best(&shortest_first, CHORD_COST, is_enough, trial)
+}
+
+/// Finds the value with the smallest excess, of either sign, of values that are tried one by one until the
+/// excess is enough, the error exceeds the least one so far by more than `cost`, or either is not finite.
+fn best(
+    values: &[f32],
+    cost: f64,
+    is_enough: impl Fn(f64) -> bool,
+    mut trial: impl FnMut(f32) -> Tried,
+) -> Result<Option<f32>, TrainError> {
     let (mut best, mut largest_rmse): (Option<(f64, f32)>, _) = (None, f64::INFINITY);
-    for deviations in shortest_first {
-        let Some([excess, rmse]) = trial(deviations)? else {
+    for &value in values {
+        let tried = trial(value)?.filter(|tried| tried.iter().all(|number| number.is_finite()));
+        let Some([excess, rmse]) = tried.filter(|[_, rmse]| *rmse <= largest_rmse) else {
             break;
         };
-        if !rmse.is_finite() || rmse > largest_rmse {
-            break;
-        }
         if best.is_none_or(|(least, _)| excess.abs() < (1.0 - LEAST_GAIN) * least) {
-            best = Some((excess.abs(), deviations));
+            best = Some((excess.abs(), value));
         }
-        // Longer chords are for cloth that bends too much.
-        if excess < BENDS_TOO_MUCH.ln() {
+        if is_enough(excess) {
             break;
         }
-        largest_rmse = largest_rmse.min(rmse * (1.0 + CHORD_COST));
+        largest_rmse = largest_rmse.min(rmse * (1.0 + cost));
     }
-    Ok(best.map(|(_, deviations)| deviations))
+    Ok(best.map(|(_, value)| value))
 }
 
 /// Share of the step from one factor to the next, on a scale of logarithms, after which the excess is
@@ -102,7 +98,7 @@ mod tests {
         let mut tried = 0;
         let order = best_order(&orders, |order| {
             tried += 1;
-            Ok(trials[order as usize])
+            Ok(Some(trials[order as usize]))
         });
         (order.unwrap(), tried)
     }
