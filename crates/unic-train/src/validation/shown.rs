@@ -3,7 +3,7 @@
 //! All are measured in the first [`JUDGED_START_S`] seconds of a clip. Clips run side by side, each on
 //! one thread; sums over clips are in their order.
 
-use super::{MeanSquare, run_freely};
+use super::{MeanSquare, See, run_freely};
 use crate::{error::TrainError, event::Control};
 use glam::Vec3;
 use std::{iter::zip, sync::Arc};
@@ -221,7 +221,7 @@ fn run_start(
     model: &Arc<Model>,
     clip: &PreparedClip,
     ask: &Ask,
-    see: &mut dyn FnMut(usize, &[Vec3], &[Vec3]),
+    see: &mut See,
 ) -> Result<(), TrainError> {
     let (clips, off) = (std::slice::from_ref(clip), IntersectionMode::Off);
     run_freely(
