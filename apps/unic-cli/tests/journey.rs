@@ -102,10 +102,10 @@ fn training_writes_a_model_and_its_run_folder() {
             .unwrap()
             .contains("steps = 60")
     );
+    let log = std::fs::read_to_string(run.join("log.txt")).unwrap();
     assert!(
-        std::fs::read_to_string(run.join("log.txt"))
-            .unwrap()
-            .contains("threads")
+        log.contains("threads") && log.contains("shown cloth: bending "),
+        "{log}"
     );
     assert!(
         run.join("checkpoints/held_out/step-00000060.safetensors")

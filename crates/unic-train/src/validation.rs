@@ -74,7 +74,8 @@ pub struct Validation {
     /// same starts, or as much as `replay.cost` allows. None without a replay, with fewer than five
     /// motions, on a clip that the fit has trained on, and where no truth wrinkles.
     pub replay_factor: Option<f32>,
-    /// What was tried for the values above but the share, in this order.
+    /// Trials that chose bending, chords, factor and order, in the order of measurement. Not in the model
+    /// file.
     #[serde(skip)]
     pub trials: Vec<ShownTrial>,
 }

@@ -32,22 +32,30 @@ impl BendingRatio {
         self.frames += 1;
     }
 
-    /// Adds the frames of another measurement of the same garment.
-    #[must_use]
-    pub fn with(mut self, other: Self) -> Self {
-        for (sum, other) in self.squared.iter_mut().zip(other.squared) {
-            *sum += other;
-        }
-        self.frames += other.frames;
-        self
-    }
-
     /// Returns the ratio; none where the truth does not bend.
     pub fn ratio(&self) -> Option<f64> {
-        let [predicted, truth] = self.squared;
-        let least = self.frames as f64 * LEAST_BENDING * LEAST_BENDING;
-        (truth > least).then(|| (predicted / truth).sqrt())
+        ratio(self.squared, self.frames)
     }
+
+    /// Returns the ratio over the frames of several measurements of a garment; none where the truth does
+    /// not bend.
+    pub fn over<'a>(several: impl IntoIterator<Item = &'a Self>) -> Option<f64> {
+        let (mut squared, mut frames) = ([0.0; 2], 0);
+        for one in several {
+            for (sum, squared) in squared.iter_mut().zip(one.squared) {
+                *sum += squared;
+            }
+            frames += one.frames;
+        }
+        ratio(squared, frames)
+    }
+}
+
+/// Ratio of the bending of predictions to that of the truth, given sums over frames of the mean squared
+/// bending of both.
+fn ratio([predicted, truth]: [f64; 2], frames: usize) -> Option<f64> {
+    let least = frames as f64 * LEAST_BENDING * LEAST_BENDING;
+    (truth > least).then(|| (predicted / truth).sqrt())
 }
 
 #[cfg(test)]
@@ -80,7 +88,8 @@ mod tests {
         let mut other = BendingRatio::new(&rest);
         other.add(&bent(0.3), &bent(0.6));
         other.add(&bent(0.1), &bent(0.2));
-        let all = bending.with(other).ratio().unwrap();
+        let all = BendingRatio::over([&bending, &other]).unwrap();
         assert!((all - (0.19_f64 / 0.76).sqrt()).abs() < 1e-5, "{all}");
+        assert_eq!(BendingRatio::over([]), None);
     }
 }

@@ -104,8 +104,8 @@ impl Trainer {
     /// is chosen once more if that has pushes.
     ///
     /// # Errors
-    /// The errors of [`Trainer::run`]; [`TrainError::Stopped`] where `ask`, called before each frame
-    /// from several threads, answers stop.
+    /// The errors of [`Trainer::run`]; [`TrainError::Stopped`] where `ask` answers stop. It is called
+    /// before each frame, from several threads at the same time.
     pub fn validation(&self, ask: &(dyn Fn() -> Control + Sync)) -> Result<Option<Validation>, TrainError> {
         if !self.field.validates() {
             return Ok(None);

@@ -37,19 +37,19 @@ impl Trainer {
         };
         // The bending was chosen with the first chords.
         let chords = self.chord_choices().len().saturating_sub(1);
-        let bendings = self.bendings().len();
-        // The bending is chosen once more after the factor or the chords, and after the order.
-        let again = match factors + chords {
-            0 => 1,
-            _ => 2,
-        };
-        (1 + again) * bendings + chords + factors + self.orders().len()
+        // It is chosen once more after the factor or the chords, and after the order.
+        let again = usize::from(factors + chords > 0) + usize::from(self.crossing_trials() > 0);
+        (1 + again) * self.bendings().len() + chords + factors + self.crossing_trials()
     }
 
     /// Number of times that [`Trainer::choose_shown`] counts the self-crossings of the judged clips at most,
     /// which takes about as long as to animate them.
     pub(super) fn crossing_trials(&self) -> usize {
-        self.orders().len()
+        match self.orders().len() {
+            // A lone value needs no judgement.
+            1 => 0,
+            orders => orders,
+        }
     }
 
     /// Number of times that [`Trainer::choose_shown`] measures the life of the judged clips at most.

@@ -6,11 +6,21 @@
 
 use super::Trainer;
 use crate::{
-    Control, Fit, Preset, SkinningSource, StateSettings, TrainConfig, config::Refit, field_data::FieldData,
-    validation::Chosen,
+    Control, Fit, Preset, SkinningSource, StateSettings, TrainConfig,
+    config::Refit,
+    error::TrainError,
+    field_data::FieldData,
+    validation::{Chosen, Measured, ShownTrial},
 };
 use glam::Vec3;
-use std::{f32::consts::TAU, iter::zip, sync::Arc};
+use std::{
+    f32::consts::TAU,
+    iter::zip,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+};
 use unic_core::{
     Animator, IntersectionMode, Model, Start, StepInput, character::Garment, mesh::TriMesh,
     model::ModelParts, projection::welded_edges, skinning::SkinningWeights,
@@ -143,6 +153,42 @@ fn motions_left_out_choose_the_factor_of_the_replay() {
 }
 
 #[test]
+fn a_validation_is_the_same_on_any_number_of_threads() {
+    let validation = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let validation = || replaying(5).validation(&|| Control::Continue).unwrap().unwrap();
+        pool.unwrap().install(validation)
+    };
+    let one = validation(1);
+    assert!(one.trials.len() > 3, "{one:?}");
+    for threads in [2, 8] {
+        assert_eq!(validation(threads), one, "{threads} threads");
+    }
+}
+
+#[test]
+fn an_answer_to_stop_ends_all_motions_left_out() {
+    let trainer = replaying(5);
+    let count = AtomicU64::new(0);
+    let asked = |stop_at: u64| {
+        count.store(0, Ordering::Relaxed);
+        let ask = || match count.fetch_add(1, Ordering::Relaxed) == stop_at {
+            true => Control::Stop,
+            false => Control::Continue,
+        };
+        let validation = trainer.validation(&ask);
+        (validation, count.load(Ordering::Relaxed))
+    };
+    let (validation, all) = asked(u64::MAX);
+    assert!(validation.is_ok() && all <= trainer.most_validation_frames());
+    // In the middle the shown cloth is judged.
+    let (stopped, frames) = asked(all / 2);
+    assert!(matches!(stopped, Err(TrainError::Stopped)), "{stopped:?}");
+    let on_their_way = rayon::current_num_threads() as u64;
+    assert!(frames <= all / 2 + 1 + on_their_way, "{frames} of {all}");
+}
+
+#[test]
 fn few_motions_do_not_judge_wrinkles_nor_a_lone_clip_those_that_are_its_own() {
     for clips in [1, 4] {
         let trainer = replaying(clips);
@@ -235,6 +281,17 @@ fn chosen_chords_reach_the_model() {
 
     let mut validation = trainer.validation(&|| Control::Continue).unwrap().unwrap();
     assert!(validation.chord_deviations.is_some());
+    let bends = |trial: &&ShownTrial| matches!(trial.measured, Measured::Bending { .. });
+    let bends: Vec<_> = validation.trials.iter().filter(bends).collect();
+    for (i, trial) in bends.iter().enumerate() {
+        let is_again = bends[..i]
+            .iter()
+            .any(|earlier| earlier.chosen.shows_as(&trial.chosen));
+        assert!(!is_again, "tried twice: {trial}");
+    }
+    // The bending is chosen with the shortest chords.
+    assert_eq!(bends[0].chosen.chord_deviations, Some(1.5));
+    assert_eq!(bends[0].chosen.bending, Some(BENDINGS[0]));
     validation.chord_deviations = Some(0.0);
     trainer.set_validation(validation);
     assert_eq!(trainer.model().unwrap().to_parts().strain_limits, long);

@@ -1,7 +1,6 @@
 //! Bending, self-crossings and life of the cloth that a model shows in free running.
 //!
-//! All are measured in the first [`JUDGED_START_S`] seconds of a clip. Clips run side by side, each on
-//! one thread; sums over clips are in their order.
+//! All are measured in the first [`JUDGED_START_S`] seconds of a clip, then summed over clips.
 
 use super::{MeanSquare, See, run_freely};
 use crate::{error::TrainError, event::Control};
@@ -64,12 +63,9 @@ pub(crate) struct Bending {
 impl Bending {
     pub(crate) fn over(clips: &[ClipBending]) -> Self {
         let ratios = clips.iter().map(|clip| &clip.ratio);
-        let all = ratios.clone().cloned().reduce(BendingRatio::with);
+        let all = BendingRatio::over(ratios.clone()).map(f64::ln);
         Self {
-            all: all
-                .and_then(|all| all.ratio())
-                .map(f64::ln)
-                .filter(|all| all.is_finite()),
+            all: all.filter(|all| all.is_finite()),
             by_clip: mean(ratios.filter_map(BendingRatio::ratio).map(f64::ln)),
             rmse: MeanSquare::over(clips.iter().map(|clip| &clip.error)).root(),
         }
@@ -94,7 +90,7 @@ impl ClipCrossings {
         ask: &Ask,
     ) -> Result<Self, TrainError> {
         let fps = model.config().fps;
-        let (most, every) = (judged_start(fps), (fps / 3.0).round().max(1.0) as usize);
+        let (most, every) = living_frames(fps);
         let garment = &clip.captured.garment;
         let input = |t: usize| StepInput::of_clip(&clip.captured.clip, t);
         let mut shown = Animator::new(model.clone());
@@ -198,11 +194,16 @@ impl Life {
 }
 
 /// Liveliness of the truth in the frames in which [`ClipLife`] measures a model.
-pub(crate) fn true_liveliness(measure: &LivingMeasure, clip: &PreparedClip) -> Liveliness {
+pub(crate) fn true_liveliness(
+    measure: &LivingMeasure,
+    clip: &PreparedClip,
+    ask: &Ask,
+) -> Result<Liveliness, TrainError> {
+    go_on(ask)?;
     let (most, every) = living_frames(clip.captured.clip.fps);
     let frames = (1..clip.len().min(most)).filter(|t| t.is_multiple_of(every));
     let frames: Vec<_> = frames.map(|t| clip.captured.garment.frame(t)).collect();
-    measure.liveliness(&frames)
+    Ok(measure.liveliness(&frames))
 }
 
 /// Number of frames of a clip in which life is judged, and the interval of those that are measured:
@@ -217,12 +218,7 @@ fn judged_start(fps: f32) -> usize {
 }
 
 /// Runs a model freely through the start of a clip, without intersection handling.
-fn run_start(
-    model: &Arc<Model>,
-    clip: &PreparedClip,
-    ask: &Ask,
-    see: &mut See,
-) -> Result<(), TrainError> {
+fn run_start(model: &Arc<Model>, clip: &PreparedClip, ask: &Ask, see: &mut See) -> Result<(), TrainError> {
     let (clips, off) = (std::slice::from_ref(clip), IntersectionMode::Off);
     run_freely(
         model,
@@ -235,7 +231,7 @@ fn run_start(
 }
 
 /// Asks whether to stop.
-pub(crate) fn go_on(ask: &Ask) -> Result<(), TrainError> {
+fn go_on(ask: &Ask) -> Result<(), TrainError> {
     super::go_on(&mut || ask())
 }
 

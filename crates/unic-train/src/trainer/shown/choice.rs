@@ -6,6 +6,7 @@ use super::{
 };
 use crate::{
     error::TrainError,
+    event::Control,
     field_data::Judge,
     validation::{
         Ask, Bending, Chosen, ClipBending, ClipCrossings, ClipLife, Crossings, Life, Measured, ShownTrial,
@@ -13,7 +14,10 @@ use crate::{
     },
 };
 use rayon::prelude::*;
-use std::sync::Arc;
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering},
+};
 use unic_core::{
     model::{Model, ModelParts},
     parallel::{Serial, install},
@@ -48,8 +52,8 @@ impl<'a> Choice<'a> {
         }
     }
 
-    /// Chooses bending, chords and factor for a share of the field with the least order, the order, then
-    /// the bending with it.
+    /// Chooses bending, chords and factor with the least order, then the order. The bending is chosen again
+    /// if there are more pushes. Returns what was tried, too.
     pub(super) fn choose(mut self, field_share: f32) -> Result<(Chosen, Vec<ShownTrial>), TrainError> {
         let mut chosen = Chosen {
             field_share,
@@ -139,13 +143,13 @@ impl<'a> Choice<'a> {
 
     /// Measures the bending on the judged clips, once for the same values.
     fn bends(&mut self, chosen: Chosen) -> Result<Bending, TrainError> {
-        let mut earlier = self.trials.iter().filter(|trial| trial.chosen == chosen);
+        let mut earlier = self.trials.iter().filter(|trial| trial.chosen.shows_as(&chosen));
         if let Some(bending) = earlier.find_map(ShownTrial::bending) {
             return Ok(bending);
         }
         let empty = BendingRatio::new(&self.trainer.field.data.capture.garment.rest);
-        let clips = self.judged_with(chosen, |model, clip| {
-            ClipBending::measure(empty.clone(), model, clip, self.ask)
+        let clips = self.judged_with(chosen, |model, clip, ask| {
+            ClipBending::measure(empty.clone(), model, clip, ask)
         })?;
         let bending = Bending::over(&clips);
         self.trials.push(ShownTrial {
@@ -174,8 +178,8 @@ impl<'a> Choice<'a> {
                 order: Some(order),
                 ..chosen
             };
-            let clips = self.judged_with(chosen, |model, clip| {
-                ClipCrossings::measure(crossings.clone(), model, clip, self.ask)
+            let clips = self.judged_with(chosen, |model, clip, ask| {
+                ClipCrossings::measure(crossings.clone(), model, clip, ask)
             })?;
             let Crossings { excess, rmse } = Crossings::over(&clips);
             let measured = Measured::Crossings { excess };
@@ -200,9 +204,9 @@ impl<'a> Choice<'a> {
         }
         let measure =
             LivingMeasure::new(&trainer.field.data.capture.garment.rest).map_err(TrainError::Wrinkles)?;
-        let judged: Vec<_> = trainer.judged().collect();
-        let truth = judged.par_iter().map(|(clip, _)| true_liveliness(&measure, clip));
-        let truth: Vec<_> = truth.collect();
+        let truth = side_by_side(trainer, self.ask, |clip, _, ask| {
+            true_liveliness(&measure, clip, ask)
+        })?;
         let mut try_factor = |factor: f32| {
             let chosen = Chosen {
                 replay_factor: Some(factor),
@@ -237,8 +241,8 @@ impl<'a> Choice<'a> {
         chosen: Chosen,
         (measure, truth): (&LivingMeasure, &[Liveliness]),
     ) -> Result<Option<Trial>, TrainError> {
-        let clips = self.judged_with(chosen, |model, clip| {
-            ClipLife::measure(measure, model, clip, self.ask)
+        let clips = self.judged_with(chosen, |model, clip, ask| {
+            ClipLife::measure(measure, model, clip, ask)
         })?;
         let Life { excess, rmse } = Life::over(&clips, truth);
         let measured = Measured::Life { excess };
@@ -256,19 +260,18 @@ impl<'a> Choice<'a> {
     }
 
     /// Measures the validation clips with the model, and clips of other motions with models whose priors
-    /// have not seen them, side by side.
+    /// have not seen them.
     fn judged_with<T: Send>(
         &self,
         chosen: Chosen,
-        measure: impl Fn(&Arc<Model>, &PreparedClip) -> Result<T, TrainError> + Sync,
+        measure: impl Fn(&Arc<Model>, &PreparedClip, &Ask) -> Result<T, TrainError> + Sync,
     ) -> Result<Vec<T>, TrainError> {
         let model = self.trainer.model_of(self.parameters, chosen)?;
         let parts = model.to_parts();
         let model = Arc::new(model);
-        let judged: Vec<_> = self.trainer.judged().collect();
-        let measure_one = |(clip, judge): &(&PreparedClip, Option<&Judge>)| {
+        side_by_side(self.trainer, self.ask, |clip, judge, ask| {
             let Some(judge) = judge else {
-                return measure(&model, clip);
+                return measure(&model, clip, ask);
             };
             let mut prior = judge.prior.clone();
             chosen.scale_replay(&mut prior)?;
@@ -276,14 +279,34 @@ impl<'a> Choice<'a> {
                 prior,
                 ..parts.clone()
             };
-            measure(&Arc::new(Model::new(parts)?), clip)
-        };
-        // Where every thread has clips of its own, sharing one would only take time.
-        let has_clips_for_all = judged.len() >= rayon::current_num_threads();
-        let clips = judged.par_iter().map(|clip| match has_clips_for_all {
-            true => install(Arc::new(Serial), || measure_one(clip)),
-            false => measure_one(clip),
-        });
-        clips.collect()
+            measure(&Arc::new(Model::new(parts)?), clip, ask)
+        })
     }
+}
+
+/// Measures the judged clips in parallel. Returns the results in the order of the clips, or the first of
+/// their errors. An answer to stop ends all of them.
+fn side_by_side<T: Send>(
+    trainer: &Trainer,
+    ask: &Ask,
+    measure: impl Fn(&PreparedClip, Option<&Judge>, &Ask) -> Result<T, TrainError> + Sync,
+) -> Result<Vec<T>, TrainError> {
+    let is_stopped = AtomicBool::new(false);
+    let ask = || match is_stopped.load(Ordering::Relaxed) {
+        true => Control::Stop,
+        false => {
+            let answer = ask();
+            is_stopped.fetch_or(answer == Control::Stop, Ordering::Relaxed);
+            answer
+        }
+    };
+    let judged: Vec<_> = trainer.judged().collect();
+    let measure = |(clip, judge): &(&PreparedClip, Option<&Judge>)| match judged.len() {
+        1 => measure(clip, *judge, &ask),
+        // Threads that share one small garment wait for each other most of the time.
+        _ => install(Arc::new(Serial), || measure(clip, *judge, &ask)),
+    };
+    let clips = judged.par_iter().with_max_len(1).map(measure);
+    let clips: Vec<_> = clips.collect();
+    clips.into_iter().collect()
 }

@@ -18,7 +18,7 @@ const CHORD_COST: f64 = 0.02;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trial {
     pub(super) factor: f64,
-    /// Logarithm of the living ratio (see `FreeLife::excess`).
+    /// Logarithm of the living ratio (see `Life::excess`).
     pub(super) excess: f64,
     pub(super) rmse: f64,
 }
@@ -53,6 +53,7 @@ pub(super) fn best_chords(
 
 /// Finds the value with the smallest excess, of either sign, of values that are tried one by one until the
 /// excess is enough, the error exceeds the least one so far by more than `cost`, or either is not finite.
+/// A later value has to take at least [`LEAST_GAIN`] of the excess away.
 fn best(
     values: &[f32],
     cost: f64,
