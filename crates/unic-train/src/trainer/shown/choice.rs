@@ -38,7 +38,7 @@ pub(super) struct Choice<'a> {
     trainer: &'a Trainer,
     parameters: &'a [Vec<f32>],
     ask: &'a Ask<'a>,
-    /// What has been tried so far, in this order.
+    /// Trials so far, in the order of measurement.
     trials: Vec<ShownTrial>,
 }
 
