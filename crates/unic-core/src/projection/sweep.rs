@@ -2,7 +2,7 @@
 
 use super::{StrainLimit, freedom::Freedom, stencil::BendingStencil};
 use crate::parallel::for_each_stage;
-use glam::Vec3A;
+use glam::{Vec3A, Vec4};
 use std::marker::PhantomData;
 
 /// Number of constraints or vertices in one part of the work.
@@ -71,27 +71,40 @@ impl Edge {
         let scale = if a + b > 0.0 { (a + b).recip() } else { 0.0 };
         [a * scale, b * scale]
     }
+}
 
-    /// Moves both ends so that the length is within its limits.
-    ///
-    /// # Safety
-    /// The ends must exist, and no other thread may access them during the call.
-    unsafe fn project(&self, freedom: impl Fn(u32) -> f32, positions: &SharedPositions) {
+/// Edges that are projected together: their lengths share vector instructions.
+const TOGETHER: usize = 4;
+
+/// Moves the ends of some edges of one colour, [`TOGETHER`] at most, so that the lengths are within their
+/// limits.
+///
+/// # Safety
+/// The ends must exist, no two edges may share one, and no other thread may access them during the call.
+#[inline(always)]
+unsafe fn project_together(edges: &[Edge], freedom: impl Fn(u32) -> f32, positions: &SharedPositions) {
+    let mut along = [Vec3A::ZERO; TOGETHER];
+    let (mut shortest, mut longest) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+    for (lane, edge) in edges.iter().enumerate() {
         // SAFETY: the caller's.
-        let [a, b] = self.ends.map(|v| unsafe { positions.get(v) });
-        let along = b - a;
-        let length = along.length();
-        // An edge without a length has no direction to grow in; its neighbours move it. False for
-        // NaN, too.
-        if length > LEAST_LENGTH {
-            let wanted = length.max(self.limit.shortest).min(self.limit.longest);
-            let correction = along * ((length - wanted) / length);
-            let shares = Self::shares(self.ends.map(freedom));
-            // SAFETY: the caller's.
-            unsafe {
-                positions.shift(self.ends[0], correction * shares[0]);
-                positions.shift(self.ends[1], -correction * shares[1]);
-            }
+        let [a, b] = edge.ends.map(|v| unsafe { positions.get(v) });
+        along[lane] = b - a;
+        (shortest[lane], longest[lane]) = (edge.limit.shortest, edge.limit.longest);
+    }
+    let length = Vec4::from_array(along.map(|along| along.length_squared())).sqrt();
+    let wanted = length
+        .max(Vec4::from_array(shortest))
+        .min(Vec4::from_array(longest));
+    // An edge without a length has no direction to grow in; its neighbours move it. False for NaN, too.
+    let has_direction = length.cmpgt(Vec4::splat(LEAST_LENGTH));
+    let excess = Vec4::select(has_direction, (length - wanted) / length, Vec4::ZERO).to_array();
+    for ((edge, along), excess) in edges.iter().zip(along).zip(excess) {
+        let correction = along * excess;
+        let shares = Edge::shares(edge.ends.map(&freedom));
+        // SAFETY: the caller's.
+        unsafe {
+            positions.shift(edge.ends[0], correction * shares[0]);
+            positions.shift(edge.ends[1], -correction * shares[1]);
         }
     }
 }
@@ -187,10 +200,13 @@ impl Stage<'_> {
     ) {
         match self {
             Stage::Edges(edges) => {
-                for edge in of_part(edges, part) {
-                    // SAFETY: the caller's.
-                    unsafe { edge.project(&freedom, positions) }
+                let (together, others) = of_part(edges, part).as_chunks::<TOGETHER>();
+                for edges in together {
+                    // SAFETY: the caller's. The edges of a colour share no end.
+                    unsafe { project_together(edges, &freedom, positions) }
                 }
+                // SAFETY: as above.
+                unsafe { project_together(others, &freedom, positions) }
             }
             Stage::Bending(stencils) => {
                 for stencil in of_part(stencils, part) {

@@ -165,8 +165,8 @@ fn search_layered<'a, R: Rule>(
 ) -> Search<'a, R> {
     let pushed = (0..).zip(places).filter(|(_, place)| place.side != 0.0);
     let compared = |vertex: u32| Compared {
-        position: positions[vertex as usize],
-        vector: outward[vertex as usize],
+        position: positions[vertex as usize].into(),
+        vector: outward[vertex as usize].into(),
         number: places[vertex as usize].height_m,
     };
     Search::new(
@@ -194,14 +194,15 @@ impl Rule for &LayerOrder {
         self.distances().near_m
     }
 
+    #[inline(always)]
     fn may_be_pair(&self, own: &Compared, other: &Compared) -> bool {
         let upwards = own.vector + other.vector;
         let rise = other.number - own.number;
-        let along = (other.position - own.position).dot(upwards) * rise.signum();
+        let along = (other.position - own.position).dot(upwards) * 1.0f32.copysign(rise);
         let is_far =
-            along > 0.0 && along * along > self.distances().kept_m.powi(2) * upwards.length_squared();
+            (along > 0.0) & (along * along > self.distances().kept_m.powi(2) * upwards.length_squared());
         // False for NaN.
-        rise.abs() >= self.least_rise_m() && own.vector.dot(other.vector) > LEAST_COSINE && !is_far
+        (rise.abs() >= self.least_rise_m()) & (own.vector.dot(other.vector) > LEAST_COSINE) & !is_far
     }
 
     /// Vertices that are not in order at rest lie where a fold turns the cloth.
@@ -209,7 +210,7 @@ impl Rule for &LayerOrder {
         let [a, b] = ends.map(|v| self.places[v as usize]);
         let (side, at_rest) = ((b.height_m - a.height_m).signum(), b.position - a.position);
         let rest = at_rest.dot((a.outward + b.outward).normalize_or_zero()) * side;
-        let upwards = (own.vector + other.vector).normalize_or_zero();
+        let upwards = Vec3A::from(own.vector + other.vector).normalize_or_zero();
         let near = other.position.distance_squared(own.position) / self.near_m().powi(2);
         let agreement = (own.vector.dot(other.vector) - LEAST_COSINE) / (1.0 - LEAST_COSINE);
         let is_in_order = rest >= self.gap_m && at_rest.length() < self.reach_m();

@@ -1,8 +1,11 @@
 //! Search for the pairs of vertices that may have to push each other.
+//!
+//! Most vertices that are near each other are neighbours in the mesh and no pair. So each vertex is
+//! compared with several others at once, in the lanes of vector instructions, without branches.
 
 use super::Pair;
-use crate::{parallel::for_each_chunk, projection::sweep::PART};
-use glam::{IVec3, Vec3A};
+use crate::{parallel::for_each_chunk, projection::sweep::PART, simd::Instructions};
+use glam::{IVec3, Vec3, Vec3A};
 use std::ops::Range;
 
 /// Size of a cell of the search by the distance from which vertices are no pair: a little more than 1,
@@ -24,15 +27,47 @@ const FARTHEST: i32 = (1 << (BITS - 1)) - 2;
 /// of each column are those of three cells, one above the other.
 const COLUMNS: [[i64; 2]; 4] = [[0, 1], [1, -1], [1, 0], [1, 1]];
 
+/// Number of vertices that one is compared with at once.
+const LANES: usize = 8;
+
 /// A vertex that is compared with others.
+// `Vec3`, because a `Vec3A` is a vector register, which leaves no lanes for other vertices.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Compared {
     /// Position, metres.
-    pub(super) position: Vec3A,
+    pub(super) position: Vec3,
     /// Place on the smoothed shape, metres, or outward normal.
-    pub(super) vector: Vec3A,
+    pub(super) vector: Vec3,
     /// Height at rest, metres, or 0.
     pub(super) number: f32,
+}
+
+/// Numbers of [`LANES`] vertices that are compared, each of the seven in an array of its own. NaN beyond
+/// the last vertex.
+type Block = [[f32; LANES]; 7];
+
+impl Compared {
+    #[inline(always)]
+    fn to_array(self) -> [f32; 7] {
+        let ([x, y, z], [u, v, w]) = (self.position.to_array(), self.vector.to_array());
+        [x, y, z, u, v, w, self.number]
+    }
+
+    #[inline(always)]
+    fn from_array([x, y, z, u, v, w, number]: [f32; 7]) -> Self {
+        Self {
+            position: Vec3::new(x, y, z),
+            vector: Vec3::new(u, v, w),
+            number,
+        }
+    }
+
+    /// Returns the vertex in a lane.
+    #[inline(always)]
+    fn of_lane(block: &Block, lane: usize) -> Self {
+        let [x, y, z, u, v, w, number] = block;
+        Self::from_array([x[lane], y[lane], z[lane], u[lane], v[lane], w[lane], number[lane]])
+    }
 }
 
 /// Which vertices are a pair.
@@ -41,6 +76,7 @@ pub(super) trait Rule: Sync {
     fn near_m(&self) -> f32;
 
     /// Returns whether two vertices that are near each other may be a pair, before a root is taken.
+    // Without branches and always inlined: it runs in the lanes of vector instructions.
     fn may_be_pair(&self, own: &Compared, other: &Compared) -> bool;
 
     /// Returns the pair of two vertices that may be one.
@@ -53,14 +89,15 @@ pub(super) struct SearchScratch {
     /// Keys of cells with the vertices there, in ascending order.
     keys: Vec<(u64, u32)>,
     /// The vertices in that order.
-    sorted: Vec<Compared>,
+    sorted: Vec<Block>,
 }
 
 /// Vertices in the order of their cells. Those of neighbouring cells in a column follow each other.
 pub(super) struct Search<'a, R> {
     rule: R,
     keys: &'a [(u64, u32)],
-    sorted: &'a [Compared],
+    sorted: &'a [Block],
+    instructions: Instructions,
 }
 
 impl<'a, R: Rule> Search<'a, R> {
@@ -82,8 +119,21 @@ impl<'a, R: Rule> Search<'a, R> {
         keys.extend(vertices.map(|vertex| (key_of(vertex), vertex)));
         keys.sort_unstable();
         sorted.clear();
-        sorted.extend(keys.iter().map(|(_, vertex)| compared(*vertex)));
-        Self { rule, keys, sorted }
+        sorted.extend(keys.chunks(LANES).map(|keys| {
+            let mut block = [[f32::NAN; LANES]; 7];
+            for (lane, &(_, vertex)) in keys.iter().enumerate() {
+                for (numbers, number) in block.iter_mut().zip(compared(vertex).to_array()) {
+                    numbers[lane] = number;
+                }
+            }
+            block
+        }));
+        Self {
+            rule,
+            keys,
+            sorted,
+            instructions: Instructions::best(),
+        }
     }
 
     /// Finds the pairs, part by part of the sorted vertices.
@@ -92,13 +142,18 @@ impl<'a, R: Rule> Search<'a, R> {
         pairs.resize_with(count.div_ceil(PART), Vec::new);
         for_each_chunk(pairs, 1, |part, pairs| {
             for (part, pairs) in (part..).zip(pairs) {
-                self.find_of(part * PART..count.min((part + 1) * PART), pairs);
+                let vertices = part * PART..count.min((part + 1) * PART);
+                self.instructions.run(
+                    #[inline(always)]
+                    || self.find_of(vertices, pairs),
+                );
             }
         });
     }
 
     /// Finds the pairs of some of the sorted vertices with those after them: in their own cell and the
     /// one above it, which follow them, and in the other [`COLUMNS`].
+    #[inline(always)]
     fn find_of(&self, vertices: Range<usize>, pairs: &mut Vec<Pair>) {
         pairs.clear();
         let mut left = MOST_COMPARED * vertices.len();
@@ -135,16 +190,42 @@ impl<'a, R: Rule> Search<'a, R> {
     }
 
     /// Compares a sorted vertex with others, and adds those that make a pair with it.
+    #[inline(always)]
     fn compare(&self, vertex: usize, others: Range<usize>, pairs: &mut Vec<Pair>) {
-        let own = &self.sorted[vertex];
-        let near = self.rule.near_m().powi(2);
-        for (place, other) in others.clone().zip(&self.sorted[others]) {
-            let is_near = (other.position - own.position).length_squared() < near;
-            if is_near && self.rule.may_be_pair(own, other) {
-                let ends = [vertex, place].map(|v| self.keys[v].1);
-                pairs.extend(self.rule.pair(ends, own, other));
+        let own = self.sorted(vertex);
+        let blocks = others.start / LANES..others.end.div_ceil(LANES);
+        for (first, block) in blocks.clone().zip(&self.sorted[blocks]) {
+            let may_be_pair = self.may_be_pairs(&own, block);
+            // An OR over all lanes has no branches.
+            if may_be_pair.iter().fold(0, |any, may_be| any | may_be) == 0 {
+                continue;
+            }
+            for (place, may_be_pair) in (first * LANES..).zip(may_be_pair) {
+                if may_be_pair != 0 && others.contains(&place) {
+                    let ends = [vertex, place].map(|v| self.keys[v].1);
+                    pairs.extend(self.rule.pair(ends, &own, &self.sorted(place)));
+                }
             }
         }
+    }
+
+    /// Returns a sorted vertex.
+    #[inline(always)]
+    fn sorted(&self, place: usize) -> Compared {
+        Compared::of_lane(&self.sorted[place / LANES], place % LANES)
+    }
+
+    /// Returns for each vertex of a block whether it is near another and may be a pair with it: 1, or 0.
+    #[inline(always)]
+    fn may_be_pairs(&self, own: &Compared, block: &Block) -> [u32; LANES] {
+        let near = self.rule.near_m().powi(2);
+        let mut may_be_pair = [0; LANES];
+        for (lane, may_be_pair) in may_be_pair.iter_mut().enumerate() {
+            let other = Compared::of_lane(block, lane);
+            let is_near = (other.position - own.position).length_squared() < near;
+            *may_be_pair = u32::from(is_near & self.rule.may_be_pair(own, &other));
+        }
+        may_be_pair
     }
 }
 

@@ -118,8 +118,8 @@ impl SheetOrder {
         let firsts = (0..).zip(&self.places).filter(|(_, place)| place.is_first);
         let vertices = firsts.map(|(vertex, _)| vertex);
         let compared = |vertex: u32| Compared {
-            position: positions[vertex as usize],
-            vector: smoothed[vertex as usize],
+            position: positions[vertex as usize].into(),
+            vector: smoothed[vertex as usize].into(),
             number: 0.0,
         };
         Search::new(self, vertices, positions, compared, search).find(&mut pairs.by_part);
@@ -132,12 +132,13 @@ impl Rule for &SheetOrder {
         self.distances().near_m
     }
 
+    #[inline(always)]
     fn may_be_pair(&self, own: &Compared, other: &Compared) -> bool {
         let on_shape = other.vector - own.vector;
         let squared = on_shape.length_squared();
         let along = (other.position - own.position).dot(on_shape);
-        let is_far = along > 0.0 && along * along > self.distances().kept_m.powi(2) * squared;
-        squared > (APART_GAPS * self.gap_m).powi(2) && !is_far
+        let is_far = (along > 0.0) & (along * along > self.distances().kept_m.powi(2) * squared);
+        (squared > (APART_GAPS * self.gap_m).powi(2)) & !is_far
     }
 
     /// Vertices that are not in order at rest lie in folds that are sewn in, or on a part that smoothing
@@ -153,7 +154,7 @@ impl Rule for &SheetOrder {
         // False for NaN, too.
         (rest >= self.gap_m).then(|| Pair {
             ends,
-            along: on_shape / length,
+            along: Vec3A::from(on_shape) / length,
             weight: (1.0 - near) * (2.0 * (apart - 1.0)).min(1.0),
         })
     }
