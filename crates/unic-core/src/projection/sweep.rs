@@ -249,3 +249,52 @@ pub(super) unsafe fn solve<'a>(
         }),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_meshes::point;
+    use proptest::{collection::vec, prelude::*};
+
+    /// Positions with the ends of an edge brought within its limit, without lanes.
+    fn projected_alone(edge: &Edge, freedom: &Freedom, mut positions: Vec<Vec3A>) -> Vec<Vec3A> {
+        let [a, b] = edge.ends.map(|v| v as usize);
+        let along = positions[b] - positions[a];
+        let length = along.length();
+        if length > LEAST_LENGTH {
+            let wanted = length.max(edge.limit.shortest).min(edge.limit.longest);
+            let correction = along * ((length - wanted) / length);
+            let shares = Edge::shares(edge.ends.map(|v| freedom.of(v)));
+            positions[a] += correction * shares[0];
+            positions[b] -= correction * shares[1];
+        }
+        positions
+    }
+
+    proptest! {
+        #[test]
+        fn edges_that_are_projected_together_end_as_edges_alone_do(
+            ends in vec(point(1.0), 2..40), lengths in vec(0.0f32..2.0, 40), masked in any::<bool>(),
+        ) {
+            let count = ends.len() as u32 / 2;
+            let mut positions: Vec<Vec3A> = ends.iter().map(|p| Vec3A::from(*p)).collect();
+            let edge = |k: u32| Edge {
+                ends: [2 * k, 2 * k + 1],
+                limit: StrainLimit {
+                    shortest: lengths[2 * k as usize],
+                    longest: lengths[2 * k as usize] + lengths[2 * k as usize + 1],
+                },
+            };
+            let edges: Vec<Edge> = (0..count).map(edge).collect();
+            let firsts: Vec<u32> = (0..ends.len() as u32).collect();
+            let mask: Vec<f32> = (0..ends.len()).map(|v| [0.0, 1.0, 0.3][v % 3]).collect();
+            let freedom = Freedom::of_mask(masked.then_some(&mask[..]), &firsts);
+            // The first edge has no length.
+            positions[1] = positions[0];
+            let alone = edges.iter().fold(positions.clone(), |p, edge| projected_alone(edge, &freedom, p));
+            // SAFETY: no two edges share a vertex, and all vertices exist.
+            unsafe { solve(1, |_| Stage::Edges(&edges), &freedom, &[], &mut positions) }
+            prop_assert_eq!(positions, alone);
+        }
+    }
+}
