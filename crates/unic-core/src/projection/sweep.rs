@@ -73,14 +73,15 @@ impl Edge {
     }
 }
 
-/// Edges that are projected together: their lengths share vector instructions.
+/// Number of edges that are projected together. Their lengths share vector instructions.
 const TOGETHER: usize = 4;
 
-/// Moves the ends of some edges of one colour, [`TOGETHER`] at most, so that the lengths are within their
-/// limits.
+/// Moves the ends of some edges, [`TOGETHER`] at most, so that the lengths are within their limits.
+///
+/// The edges share no end: all ends are read before any is moved.
 ///
 /// # Safety
-/// The ends must exist, no two edges may share one, and no other thread may access them during the call.
+/// The ends must exist, and no other thread may access them during the call.
 #[inline(always)]
 unsafe fn project_together(edges: &[Edge], freedom: impl Fn(u32) -> f32, positions: &SharedPositions) {
     let mut along = [Vec3A::ZERO; TOGETHER];
@@ -95,10 +96,15 @@ unsafe fn project_together(edges: &[Edge], freedom: impl Fn(u32) -> f32, positio
     let wanted = length
         .max(Vec4::from_array(shortest))
         .min(Vec4::from_array(longest));
-    // An edge without a length has no direction to grow in; its neighbours move it. False for NaN, too.
-    let has_direction = length.cmpgt(Vec4::splat(LEAST_LENGTH));
-    let excess = Vec4::select(has_direction, (length - wanted) / length, Vec4::ZERO).to_array();
-    for ((edge, along), excess) in edges.iter().zip(along).zip(excess) {
+    let excess = ((length - wanted) / length).to_array();
+    let lanes = along.into_iter().zip(length.to_array()).zip(excess);
+    for (edge, ((along, length), excess)) in edges.iter().zip(lanes) {
+        // An edge without a length has no direction to grow in; its neighbours move it. False for NaN,
+        // too, which would spread along the edges.
+        let has_direction = length > LEAST_LENGTH;
+        if !has_direction {
+            continue;
+        }
         let correction = along * excess;
         let shares = Edge::shares(edge.ends.map(&freedom));
         // SAFETY: the caller's.
@@ -202,10 +208,10 @@ impl Stage<'_> {
             Stage::Edges(edges) => {
                 let (together, others) = of_part(edges, part).as_chunks::<TOGETHER>();
                 for edges in together {
-                    // SAFETY: the caller's. The edges of a colour share no end.
+                    // SAFETY: the caller's.
                     unsafe { project_together(edges, &freedom, positions) }
                 }
-                // SAFETY: as above.
+                // SAFETY: the caller's.
                 unsafe { project_together(others, &freedom, positions) }
             }
             Stage::Bending(stencils) => {
@@ -275,6 +281,7 @@ mod tests {
         #[test]
         fn edges_that_are_projected_together_end_as_edges_alone_do(
             ends in vec(point(1.0), 2..40), lengths in vec(0.0f32..2.0, 40), masked in any::<bool>(),
+            pointlike in 0usize..20, broken in 0usize..40,
         ) {
             let count = ends.len() as u32 / 2;
             let mut positions: Vec<Vec3A> = ends.iter().map(|p| Vec3A::from(*p)).collect();
@@ -289,12 +296,20 @@ mod tests {
             let firsts: Vec<u32> = (0..ends.len() as u32).collect();
             let mask: Vec<f32> = (0..ends.len()).map(|v| [0.0, 1.0, 0.3][v % 3]).collect();
             let freedom = Freedom::of_mask(masked.then_some(&mask[..]), &firsts);
-            // The first edge has no length.
-            positions[1] = positions[0];
+            // An edge without a length keeps the sign of its zeros, and NaN stays where it is.
+            if let Some([a, b]) = positions.as_chunks_mut::<2>().0.get_mut(pointlike) {
+                (*a, *b) = (Vec3A::splat(-0.0), Vec3A::splat(-0.0));
+            }
+            if let Some(position) = positions.get_mut(broken) {
+                *position = Vec3A::NAN;
+            }
             let alone = edges.iter().fold(positions.clone(), |p, edge| projected_alone(edge, &freedom, p));
             // SAFETY: no two edges share a vertex, and all vertices exist.
             unsafe { solve(1, |_| Stage::Edges(&edges), &freedom, &[], &mut positions) }
-            prop_assert_eq!(positions, alone);
+            let bits = |positions: &[Vec3A]| positions.iter().map(|p| p.to_array().map(f32::to_bits)).collect::<Vec<_>>();
+            prop_assert_eq!(bits(&positions), bits(&alone));
+            let is_nan = |v: &usize| positions[*v].is_nan();
+            prop_assert!((0..positions.len()).filter(is_nan).all(|v| v == broken));
         }
     }
 }

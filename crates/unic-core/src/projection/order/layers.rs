@@ -198,6 +198,7 @@ impl Rule for &LayerOrder {
     fn may_be_pair(&self, own: &Compared, other: &Compared) -> bool {
         let upwards = own.vector + other.vector;
         let rise = other.number - own.number;
+        // Not `signum`, which has a branch for NaN. NaN is refused below.
         let along = (other.position - own.position).dot(upwards) * 1.0f32.copysign(rise);
         let is_far =
             (along > 0.0) & (along * along > self.distances().kept_m.powi(2) * upwards.length_squared());

@@ -42,8 +42,8 @@ pub(super) struct Compared {
     pub(super) number: f32,
 }
 
-/// Numbers of [`LANES`] vertices that are compared, each of the seven in an array of its own. NaN beyond
-/// the last vertex.
+/// Values of [`LANES`] consecutive sorted vertices: one array for each of the seven numbers of a
+/// [`Compared`]. Lanes beyond the last vertex hold NaN.
 type Block = [[f32; LANES]; 7];
 
 impl Compared {
@@ -97,7 +97,6 @@ pub(super) struct Search<'a, R> {
     rule: R,
     keys: &'a [(u64, u32)],
     sorted: &'a [Block],
-    instructions: Instructions,
 }
 
 impl<'a, R: Rule> Search<'a, R> {
@@ -128,22 +127,21 @@ impl<'a, R: Rule> Search<'a, R> {
             }
             block
         }));
-        Self {
-            rule,
-            keys,
-            sorted,
-            instructions: Instructions::best(),
-        }
+        Self { rule, keys, sorted }
     }
 
     /// Finds the pairs, part by part of the sorted vertices.
     pub(super) fn find(&self, pairs: &mut Vec<Vec<Pair>>) {
+        self.find_on(Instructions::best(), pairs);
+    }
+
+    fn find_on(&self, instructions: Instructions, pairs: &mut Vec<Vec<Pair>>) {
         let count = self.keys.len();
         pairs.resize_with(count.div_ceil(PART), Vec::new);
         for_each_chunk(pairs, 1, |part, pairs| {
             for (part, pairs) in (part..).zip(pairs) {
                 let vertices = part * PART..count.min((part + 1) * PART);
-                self.instructions.run(
+                instructions.run(
                     #[inline(always)]
                     || self.find_of(vertices, pairs),
                 );
@@ -192,18 +190,21 @@ impl<'a, R: Rule> Search<'a, R> {
     /// Compares a sorted vertex with others, and adds those that make a pair with it.
     #[inline(always)]
     fn compare(&self, vertex: usize, others: Range<usize>, pairs: &mut Vec<Pair>) {
-        let own = self.sorted(vertex);
+        if others.is_empty() {
+            return;
+        }
+        let own = self.vertex_at(vertex);
         let blocks = others.start / LANES..others.end.div_ceil(LANES);
         for (first, block) in blocks.clone().zip(&self.sorted[blocks]) {
-            let may_be_pair = self.may_be_pairs(&own, block);
+            let marks = self.mark_pairs(&own, block);
             // An OR over all lanes has no branches.
-            if may_be_pair.iter().fold(0, |any, may_be| any | may_be) == 0 {
+            if marks.iter().fold(0, |any, mark| any | mark) == 0 {
                 continue;
             }
-            for (place, may_be_pair) in (first * LANES..).zip(may_be_pair) {
-                if may_be_pair != 0 && others.contains(&place) {
+            for (place, mark) in (first * LANES..).zip(marks) {
+                if mark != 0 && others.contains(&place) {
                     let ends = [vertex, place].map(|v| self.keys[v].1);
-                    pairs.extend(self.rule.pair(ends, &own, &self.sorted(place)));
+                    pairs.extend(self.rule.pair(ends, &own, &self.vertex_at(place)));
                 }
             }
         }
@@ -211,21 +212,23 @@ impl<'a, R: Rule> Search<'a, R> {
 
     /// Returns a sorted vertex.
     #[inline(always)]
-    fn sorted(&self, place: usize) -> Compared {
+    fn vertex_at(&self, place: usize) -> Compared {
         Compared::of_lane(&self.sorted[place / LANES], place % LANES)
     }
 
-    /// Returns for each vertex of a block whether it is near another and may be a pair with it: 1, or 0.
+    /// Returns 1 for each vertex of a block that is near another one and may be its pair, and 0 for the
+    /// others.
+    // Integers as wide as the numbers that are compared, so that all have the same lanes.
     #[inline(always)]
-    fn may_be_pairs(&self, own: &Compared, block: &Block) -> [u32; LANES] {
+    fn mark_pairs(&self, own: &Compared, block: &Block) -> [u32; LANES] {
         let near = self.rule.near_m().powi(2);
-        let mut may_be_pair = [0; LANES];
-        for (lane, may_be_pair) in may_be_pair.iter_mut().enumerate() {
+        let mut marks = [0; LANES];
+        for (lane, mark) in marks.iter_mut().enumerate() {
             let other = Compared::of_lane(block, lane);
             let is_near = (other.position - own.position).length_squared() < near;
-            *may_be_pair = u32::from(is_near & self.rule.may_be_pair(own, &other));
+            *mark = u32::from(is_near & self.rule.may_be_pair(own, &other));
         }
-        may_be_pair
+        marks
     }
 }
 
@@ -245,6 +248,102 @@ fn column_of(key: u64, [x, y]: [i64; 2]) -> [u64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_meshes::point;
+    use proptest::{collection::vec, prelude::*};
+
+    /// All vertices that are nearer than a metre are a pair.
+    struct Near;
+
+    impl Rule for Near {
+        fn near_m(&self) -> f32 {
+            1.0
+        }
+
+        #[inline(always)]
+        fn may_be_pair(&self, own: &Compared, other: &Compared) -> bool {
+            own.number != other.number
+        }
+
+        fn pair(&self, ends: [u32; 2], _: &Compared, _: &Compared) -> Option<Pair> {
+            Some(Pair {
+                ends,
+                along: Vec3A::X,
+                weight: 1.0,
+            })
+        }
+    }
+
+    /// Pairs in the order in which they are found, with one comparison at a time.
+    fn pairs_one_by_one(search: &Search<Near>, positions: &[Vec3A]) -> Vec<[u32; 2]> {
+        let mut pairs = Vec::new();
+        let at = |place: usize| positions[search.keys[place].1 as usize];
+        for part in (0..search.keys.len()).step_by(PART) {
+            let vertices = part..search.keys.len().min(part + PART);
+            let mut left = MOST_COMPARED * vertices.len();
+            for vertex in vertices {
+                let key = search.keys[vertex].0;
+                let own = [key, key + 2];
+                for (column, [start, end]) in [own]
+                    .into_iter()
+                    .chain(COLUMNS.map(|c| column_of(key, c)))
+                    .enumerate()
+                {
+                    let others = (0..search.keys.len()).filter(|&other| {
+                        let is_after = column > 0 || other > vertex;
+                        (start..end).contains(&search.keys[other].0) && is_after
+                    });
+                    for other in others.take(left).collect::<Vec<_>>() {
+                        left -= 1;
+                        let ends = [vertex, other].map(|place| search.keys[place].1);
+                        let is_near = at(vertex).distance_squared(at(other)) < 1.0;
+                        if is_near && ends[0] % 3 != ends[1] % 3 {
+                            pairs.push(ends);
+                        }
+                    }
+                }
+            }
+        }
+        pairs
+    }
+
+    fn check_pairs(positions: &[Vec3A]) {
+        let mut scratch = SearchScratch::default();
+        let compared = |vertex: u32| Compared {
+            position: positions[vertex as usize].into(),
+            vector: Vec3::ZERO,
+            number: (vertex % 3) as f32,
+        };
+        let vertices = 0..positions.len() as u32;
+        let search = Search::new(Near, vertices, positions, compared, &mut scratch);
+        let expected = pairs_one_by_one(&search, positions);
+        for instructions in Instructions::available() {
+            let mut pairs = Vec::new();
+            search.find_on(instructions, &mut pairs);
+            let found: Vec<_> = pairs.iter().flatten().map(|pair| pair.ends).collect();
+            assert_eq!(found, expected, "{instructions:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn pairs_are_those_of_one_comparison_at_a_time_in_the_same_order(
+            points in vec(point(2.0), 0..60), broken in 0usize..60,
+        ) {
+            let mut positions: Vec<Vec3A> = points.iter().map(|p| Vec3A::from(*p)).collect();
+            if let Some(position) = positions.get_mut(broken) {
+                *position = Vec3A::NAN;
+            }
+            check_pairs(&positions);
+        }
+    }
+
+    #[test]
+    fn a_crowd_in_one_cell_is_compared_up_to_the_limit() {
+        // The first part alone has 480,000 pairs, and may compare 262,144.
+        let place = |k: u32| Vec3A::new(0.3, 0.3, 0.001 * (k % 251) as f32);
+        let crowd: Vec<Vec3A> = (0..1200).map(place).collect();
+        check_pairs(&crowd);
+    }
 
     #[test]
     fn keys_of_far_cells_have_neighbours() {

@@ -130,18 +130,21 @@ impl Rule for &Stacked {
         STACKED_EDGES * self.edge_m
     }
 
+    #[inline(always)]
     fn may_be_pair(&self, own: &Compared, other: &Compared) -> bool {
+        let rise = other.number - own.number;
+        (rise.abs() >= LEAST_RISE_EDGES * self.edge_m)
+            & (own.vector.dot(other.vector) > LEAST_STACKED_AGREEMENT)
+    }
+
+    fn pair(&self, ends: [u32; 2], own: &Compared, other: &Compared) -> Option<Pair> {
         let between = (other.position - own.position).normalize_or_zero();
         let upwards = (own.vector + other.vector).normalize_or_zero();
         let rise = other.number - own.number;
-        rise.abs() >= LEAST_RISE_EDGES * self.edge_m
-            && own.vector.dot(other.vector) > LEAST_STACKED_AGREEMENT
-            && between.dot(upwards) * rise.signum() > LEAST_STACKED_RISE
-    }
-
-    fn pair(&self, ends: [u32; 2], _: &Compared, _: &Compared) -> Option<Pair> {
-        for end in ends {
-            self.is_marked[end as usize].store(true, Ordering::Relaxed);
+        if between.dot(upwards) * rise.signum() > LEAST_STACKED_RISE {
+            for end in ends {
+                self.is_marked[end as usize].store(true, Ordering::Relaxed);
+            }
         }
         None
     }
