@@ -251,7 +251,7 @@ mod tests {
     use crate::test_meshes::point;
     use proptest::{collection::vec, prelude::*};
 
-    /// All vertices that are nearer than a metre are a pair.
+    /// Vertices that are nearer than a metre and have different numbers are a pair.
     struct Near;
 
     impl Rule for Near {
