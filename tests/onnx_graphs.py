@@ -103,12 +103,13 @@ def all_inputs(about, tensors):
     tensors["garment.mask"] = mask
     tensors["prior.mean"] = tensors["prior.mean"] * mask[:, None]
     if "prior.shapes" in tensors:
-        tensors["prior.shapes"] = tensors["prior.shapes"] * mask[:, None, None]
+        masked = tensors["prior.shapes"] * mask[:, None, None]
+        tensors["prior.shapes"] = np.rint(masked).astype(np.int16)
 
 
 def no_components(about, tensors):
     """A prior of the mean alone, and a field that reads few inputs and forgets at once."""
-    for name in [n for n in tensors if n.startswith(("prior.shapes", "prior.0", "recurrence."))]:
+    for name in [n for n in tensors if n.startswith(("prior.shapes", "prior.steps", "prior.0", "recurrence."))]:
         del tensors[name]
     displacement = about["config"]["state"]["displacement"]
     displacement["inputs"], displacement["memory_s"] = ["rest"], 0.0

@@ -14,7 +14,7 @@ use unic_core::{
     model::{About, ModelParts},
     motion::{JointSprings, MotionLayout, MotionSpec, Normalisation, Spring, VelocityScheme},
     network::Linear,
-    prior::Prior,
+    prior::{Components, Prior},
     projection::{StrainLimit, limited_pairs},
     recurrence::Recurrence,
     replay::{FEATURES, KEY, KeyMap, Library, Replay},
@@ -110,7 +110,10 @@ pub fn random_model(preset: NetworkSize, vertices: usize) -> Result<Model, Failu
         prior: match preset {
             NetworkSize::Standard => Prior {
                 mean: vec![Vec3::ZERO; vertices],
-                components: vec![Vec3::splat(1e-3); vertices * components],
+                components: Components::of_vectors(
+                    &vec![Vec3::splat(1e-3); vertices * components],
+                    components,
+                ),
                 map: linear(pair, components),
                 recurrence: Some(Recurrence {
                     // Inside the unit circle, so that the state does not grow.

@@ -47,6 +47,7 @@ mod robust;
 mod tests;
 
 pub use contact_filter::{ContactFilter, MIN_CARRYING_WEIGHT};
+pub(crate) use display::Afterwards;
 pub use display::{CollisionScene, DisplayPass, LAST_MARGIN_SHARE, SkinnedGarment, keeps_layers_in_order};
 pub use garment_handling::GarmentHandling;
 pub(crate) use garment_handling::pose_body;

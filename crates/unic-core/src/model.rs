@@ -345,12 +345,9 @@ impl Model {
         }
         let share = |(vertex, m): (usize, &f32)| m * self.garment.share(vertex);
         parts.garment.mask = Some(mask.iter().enumerate().map(share).collect());
-        // Nothing to mask without components, but a chunk may not be empty.
-        let count = self.prior.len().max(1);
         let vertices = parts.prior.mean.iter_mut().zip(mask);
         vertices.for_each(|(mean, m)| *mean *= *m);
-        let vertices = parts.prior.components.chunks_exact_mut(count).zip(mask);
-        vertices.for_each(|(components, m)| components.iter_mut().for_each(|c| *c *= *m));
+        parts.prior.components = self.prior.components.masked(mask);
         self.rebuilt(parts)
     }
 
@@ -442,9 +439,14 @@ fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
         ),
         ("mean displacements", vertices, parts.prior.mean.len()),
         (
-            "vectors in the prior's components",
-            vertices * parts.prior.len(),
+            "components of the prior",
+            parts.prior.len(),
             parts.prior.components.len(),
+        ),
+        (
+            "numbers in the prior's components",
+            3 * vertices * parts.prior.len(),
+            parts.prior.components.steps().len(),
         ),
         ("inputs of the prior", 2 * motion, parts.prior.map.inputs),
         (
@@ -540,7 +542,7 @@ fn check_numbers(parts: &ModelParts) -> Result<(), ModelError> {
         ("the field", layers(&parts.field)),
         (
             "the prior",
-            points(&parts.prior.mean) && points(&parts.prior.components),
+            points(&parts.prior.mean) && parts.prior.components.is_usable(),
         ),
         ("the prior's map", layers(std::slice::from_ref(&parts.prior.map))),
         (

@@ -2,8 +2,12 @@
 //!
 //! For training and tools. The field adds its displacements to those of the prior.
 
+mod components;
+
+pub use components::Components;
+
 use crate::{
-    network::Linear,
+    network::{Linear, apply},
     recurrence::Recurrence,
     replay::Replay,
     surface_map::{SurfaceMap, SurfaceMapError},
@@ -23,10 +27,9 @@ use glam::Vec3;
 pub struct Prior {
     /// Mean displacement ū of each vertex, metres.
     pub mean: Vec<Vec3>,
-    /// Components φ, V × K vectors in metres; the K components of a vertex are adjacent. The first
-    /// are principal components of the displacements. With a replay, the last ones may be shapes of
-    /// fine wrinkles.
-    pub components: Vec<Vec3>,
+    /// Components φ, K for each vertex. The first are principal components of the displacements. With
+    /// a replay, the last ones may be shapes of fine wrinkles.
+    pub components: Components,
     /// Map (B, b) from a normalised pair of motion vectors, 2 D numbers, to K coefficients.
     pub map: Linear,
     /// Recurrent unit that adds to the K coefficients, if the model has one.
@@ -48,7 +51,7 @@ impl Prior {
         };
         Self {
             mean,
-            components: Vec::new(),
+            components: Components::default(),
             map,
             recurrence: None,
             replay: None,
@@ -69,12 +72,8 @@ impl Prior {
     ///
     /// The recurrence, if there is one, adds its part by [`Recurrence::add_to`].
     pub fn coefficients(&self, pair: &[f32], out: &mut Vec<f32>) {
-        out.clear();
-        if self.is_empty() {
-            return;
-        }
-        let rows = self.map.weight.chunks_exact(self.map.inputs).zip(&self.map.bias);
-        out.extend(rows.map(|(row, b)| b + row.iter().zip(pair).map(|(w, x)| w * x).sum::<f32>()));
+        out.resize(self.len(), 0.0);
+        apply(&self.map, pair, out);
     }
 
     /// Length of the recurrence's state; 0 without a recurrence.
@@ -84,12 +83,17 @@ impl Prior {
 
     /// Returns the displacement of one vertex in its own rotated frame, metres.
     pub fn displacement(&self, vertex: usize, coefficients: &[f32]) -> Vec3 {
-        // A frame needs all components of a vertex, which are therefore adjacent.
-        let components = &self.components[vertex * self.len()..(vertex + 1) * self.len()];
-        components
-            .iter()
-            .zip(coefficients)
-            .fold(self.mean[vertex], |sum, (component, &a)| sum + *component * a)
+        let (mut scaled, mut displacement) = (Vec::new(), [Vec3::ZERO]);
+        self.components.scale(coefficients, &mut scaled);
+        self.displacements(vertex, &scaled, &mut displacement);
+        displacement[0]
+    }
+
+    /// Computes the displacements of the vertices from `first` on, each in its own rotated frame, metres.
+    /// The coefficients are [scaled](Components::scale).
+    pub fn displacements(&self, first: usize, scaled: &[f32], displacements: &mut [Vec3]) {
+        displacements.copy_from_slice(&self.mean[first..][..displacements.len()]);
+        self.components.add_to(first, scaled, displacements);
     }
 
     /// Appends components that the motion does not move: V × R vectors in metres, those of a vertex
@@ -98,20 +102,16 @@ impl Prior {
     /// # Panics
     /// When there is not a whole number of vectors for each vertex.
     pub fn append_components(&mut self, shapes: &[Vec3]) {
-        let (vertices, count) = (self.mean.len(), self.len());
-        assert!(shapes.len().is_multiple_of(vertices.max(1)));
-        let added = shapes.len() / vertices.max(1);
-        let [old, new] = [(&self.components[..], count), (shapes, added)];
-        let of_vertex = |(vectors, n): (&[Vec3], usize), v: usize| vectors[v * n..(v + 1) * n].to_vec();
-        self.components = (0..vertices)
-            .flat_map(|v| [of_vertex(old, v), of_vertex(new, v)].concat())
-            .collect();
+        let vertices = self.mean.len().max(1);
+        assert!(shapes.len().is_multiple_of(vertices));
+        let added = Components::of_vectors(shapes, shapes.len() / vertices);
+        self.components = self.components.joined(&added);
         self.extend_maps();
     }
 
     /// Appends zero rows to map and recurrence, for components that the motion does not move.
     pub fn extend_maps(&mut self) {
-        let count = self.components.len() / self.mean.len().max(1);
+        let count = self.components.len();
         self.map.append_zero_outputs(count);
         if let Some(recurrence) = &mut self.recurrence {
             recurrence.head.append_zero_outputs(count);
@@ -121,10 +121,9 @@ impl Prior {
     /// The prior without its replay, and without the last components that nothing else moves.
     pub fn without_replay(&self) -> Self {
         let kept = self.len() - self.replayed_len();
-        let of_vertices = self.components.chunks_exact(self.len().max(1));
         let mut prior = Self {
             mean: self.mean.clone(),
-            components: of_vertices.flat_map(|c| &c[..kept]).copied().collect(),
+            components: self.components.truncated(kept),
             map: self.map.clone(),
             recurrence: self.recurrence.clone(),
             replay: None,
@@ -151,25 +150,25 @@ impl Prior {
     /// # Errors
     /// A map from a mesh with another number of vertices.
     pub fn on_mesh(&self, map: &SurfaceMap) -> Result<Self, SurfaceMapError> {
-        let mut moved = Self {
-            mean: Vec::new(),
-            components: Vec::new(),
+        let (count, vertices) = (self.len(), self.mean.len());
+        let mut mean = Vec::new();
+        map.interpolate_vectors(&self.mean, &mut mean)?;
+        let mut vectors = vec![Vec3::ZERO; count * mean.len()];
+        let mut moved = Vec::new();
+        for k in 0..count {
+            let component: Vec<Vec3> = (0..vertices).map(|v| self.components.vector(v, k)).collect();
+            map.interpolate_vectors(&component, &mut moved)?;
+            for (vertex, vector) in moved.iter().enumerate() {
+                vectors[vertex * count + k] = *vector;
+            }
+        }
+        Ok(Self {
+            mean,
+            components: Components::of_vectors(&vectors, count),
             map: self.map.clone(),
             recurrence: self.recurrence.clone(),
             replay: self.replay.clone(),
-        };
-        map.interpolate_vectors(&self.mean, &mut moved.mean)?;
-        let (count, vertices) = (self.len(), moved.mean.len());
-        moved.components.resize(count * vertices, Vec3::ZERO);
-        let mut component = Vec::new();
-        for k in 0..count {
-            let from: Vec<Vec3> = self.components.iter().skip(k).step_by(count).copied().collect();
-            map.interpolate_vectors(&from, &mut component)?;
-            for (vertex, value) in component.iter().enumerate() {
-                moved.components[vertex * count + k] = *value;
-            }
-        }
-        Ok(moved)
+        })
     }
 }
 
@@ -184,7 +183,10 @@ mod tests {
     fn prior() -> Prior {
         Prior {
             mean: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            components: [[Vec3::X, Vec3::Y], [Vec3::Z, Vec3::X], [Vec3::ONE, Vec3::ZERO]].concat(),
+            components: Components::of_vectors(
+                &[Vec3::X, Vec3::Y, Vec3::Z, Vec3::X, Vec3::ONE, Vec3::ZERO],
+                2,
+            ),
             map: Linear {
                 inputs: 2,
                 outputs: 2,

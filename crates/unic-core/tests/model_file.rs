@@ -11,6 +11,7 @@ mod common;
 use common::*;
 use glam::Vec2;
 use proptest::prelude::*;
+use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use serde_json::{Value, json};
 use std::{process::Command, sync::Arc};
 use unic_core::{
@@ -282,6 +283,7 @@ fn python_opens_it() {
     assert_eq!(tensors["field.0.weight"][1], json!([18, 15 + 6]));
     assert_eq!(tensors["garment.vertices"][1], json!([vertices, 3]));
     assert_eq!(tensors["garment.faces"][0], "uint32");
+    assert_eq!(tensors["prior.shapes"][0], "int16");
     assert_eq!(tensors["prior.shapes"][1], json!([vertices, 3, 3]));
     let sum: f64 = parts.field[0].weight.iter().map(|w| f64::from(*w)).sum();
     assert!((tensors["field.0.weight"][2].as_f64().unwrap() - sum).abs() < 1e-9);
@@ -356,7 +358,7 @@ fn a_misspelt_tensor_is_named() {
     });
     assert_eq!(
         names.len(),
-        2 * (3 + 5 + 1 + 5 + 1) + 1 + 4 + 3 + 3 + 5 + 3 + 3 + 5 + 3 + 1,
+        2 * (3 + 5 + 1 + 5 + 1) + 1 + 4 + 3 + 3 + 5 + 3 + 3 + 5 + 3 + 2,
         "{names:?}"
     );
     for name in names {
@@ -378,6 +380,7 @@ fn a_misspelt_tensor_is_named() {
                 "F32" => "I32",
                 "U32" => "F32",
                 "U16" => "F16",
+                "I16" => "U16",
                 "I8" => "U8",
                 _ => "F64",
             };
@@ -472,6 +475,37 @@ fn with_data(bytes: &[u8], name: &str, change: impl FnOnce(&mut [u8])) -> Vec<u8
     bytes
 }
 
+/// Returns the file with the prior's components in 32 bits, as earlier versions wrote them.
+fn with_components_in_32_bits(bytes: &[u8]) -> Vec<u8> {
+    let components = &full_parts().prior.components;
+    let vectors = components.to_vectors();
+    let shape = vec![vectors.len() / components.len(), components.len(), 3];
+    let shapes = TensorView::new(Dtype::F32, shape, bytemuck::cast_slice(&vectors)).unwrap();
+    let (_, header) = SafeTensors::read_metadata(bytes).unwrap();
+    let file = SafeTensors::deserialize(bytes).unwrap();
+    let tensors = file
+        .tensors()
+        .into_iter()
+        .filter_map(|(name, tensor)| match &*name {
+            "prior.steps" => None,
+            "prior.shapes" => Some((name, shapes.clone())),
+            _ => Some((name, tensor)),
+        });
+    safetensors::serialize(tensors.collect::<Vec<_>>(), header.metadata().clone()).unwrap()
+}
+
+#[test]
+fn components_in_32_bits_are_read() {
+    let bytes = full();
+    let earlier = with_components_in_32_bits(&bytes);
+    assert!(earlier.len() > bytes.len());
+    assert!(read_frugally(&earlier).unwrap().to_bytes().unwrap() == bytes);
+    let broken = with_data(&earlier, "prior.shapes", |data| {
+        data[..4].copy_from_slice(&f32::NAN.to_le_bytes())
+    });
+    assert!(refusal(&broken).contains("the prior"));
+}
+
 #[test]
 fn unusable_numbers_are_refused() {
     let bytes = full();
@@ -490,7 +524,7 @@ fn unusable_numbers_are_refused() {
         "motion.std",
         "motion.limit",
         "prior.mean",
-        "prior.shapes",
+        "prior.steps",
         "prior.0.weight",
         "recurrence.poles",
         "recurrence.head.weight",

@@ -190,9 +190,10 @@ fn planar_components(model: &Model) -> Vec<f32> {
     let prior = model.prior();
     let (count, vertices) = (prior.len(), model.vertex_count());
     let mut planar = vec![0.0; 3 * count * vertices];
-    for (vertex, components) in prior.components.chunks_exact(count.max(1)).enumerate() {
-        for (k, component) in components.iter().enumerate() {
-            for (axis, value) in component.to_array().into_iter().enumerate() {
+    for vertex in 0..vertices {
+        for k in 0..count {
+            let vector = prior.components.vector(vertex, k);
+            for (axis, value) in vector.to_array().into_iter().enumerate() {
                 planar[(3 * k + axis) * vertices + vertex] = value;
             }
         }

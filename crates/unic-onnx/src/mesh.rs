@@ -1,7 +1,6 @@
 //! `mesh.bin`: the garment's arrays, those that graphs read and those that engines draw.
 
 use crate::port::{Axis, Length, MASK, PRIOR_MEAN, PRIOR_SHAPES, Port, REST, SKINNING_WEIGHTS, Sizes};
-use glam::Vec3;
 use serde::Serialize;
 use unic_core::Model;
 
@@ -55,7 +54,8 @@ impl MeshFile {
         port(SKINNING_WEIGHTS, &garment.weights.to_dense());
         port(PRIOR_MEAN, bytemuck::cast_slice(&prior.mean));
         if !prior.is_empty() {
-            port(PRIOR_SHAPES, &transposed(&prior.components, prior.len()));
+            let shapes: Vec<f32> = prior.components.in_metres().collect();
+            port(PRIOR_SHAPES, &shapes);
         }
         if let Some(mask) = &garment.mask {
             port(MASK, mask);
@@ -118,24 +118,4 @@ fn lengths(port: Port, sizes: &Sizes, vertices: usize) -> Vec<usize> {
         Length::Named(_) => vertices,
     };
     port.shape.iter().map(length).collect()
-}
-
-/// Numbers (V, 3, K) of components (V, K, 3).
-fn transposed(components: &[Vec3], count: usize) -> Vec<f32> {
-    let vertices = components.chunks_exact(count);
-    vertices
-        .flat_map(|components| (0..3).flat_map(move |axis| components.iter().map(move |c| c[axis])))
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn components_are_transposed_vertex_by_vertex() {
-        let components = [Vec3::new(1.0, 2.0, 3.0), Vec3::new(4.0, 5.0, 6.0)];
-        assert_eq!(transposed(&components, 2), [1.0, 4.0, 2.0, 5.0, 3.0, 6.0]);
-        assert_eq!(transposed(&components, 1), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-    }
 }

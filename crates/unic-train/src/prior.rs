@@ -21,7 +21,12 @@ use linear::{STRENGTHS, runtime_map};
 use rayon::prelude::*;
 use series::{Clips, Series, remove_mirror_bias};
 use std::{path::Path, time::Instant};
-use unic_core::{model::ModelError, network::Linear, prior::Prior, recurrence::Recurrence};
+use unic_core::{
+    model::ModelError,
+    network::Linear,
+    prior::{Components, Prior},
+    recurrence::Recurrence,
+};
 use unic_eval::{Displacements, LinearMap, PreparedClip, PrincipalComponents, TrainingSet, WrinkleFilter};
 
 /// A prior, and its coefficients in every training frame as predicted by a prior that is fitted
@@ -362,11 +367,12 @@ impl Projected<'_> {
             return Prior::constant(mean, self.inputs);
         }
         let shape = |vertex: usize, k: usize| Vec3::from_slice(&components.component(k)[3 * vertex..]);
+        let vectors: Vec<Vec3> = (0..mean.len())
+            .flat_map(|v| (0..components.len()).map(move |k| (v, k)))
+            .map(|(v, k)| shape(v, k))
+            .collect();
         Prior {
-            components: (0..mean.len())
-                .flat_map(|v| (0..components.len()).map(move |k| (v, k)))
-                .map(|(v, k)| shape(v, k))
-                .collect(),
+            components: Components::of_vectors(&vectors, components.len()),
             map: self.map(map),
             mean,
             recurrence: None,

@@ -5,7 +5,7 @@ use crate::{
     character::Character,
     collider::Collider,
     config::IntersectionMode,
-    intersection::{GarmentHandling, Handling, Layers},
+    intersection::{Afterwards, GarmentHandling, Handling, Layers},
     model::Model,
     projection::StrainProjection,
     transform::Rigid,
@@ -162,7 +162,11 @@ impl Animator {
             if model.projection.as_ref().is_some_and(hinges) {
                 scratch.projection.keep_uncorrected(&scratch.positions);
             }
-            handling.correct_for_display(&model.garment, colliders, &mut scratch.positions);
+            let afterwards = match model.projection {
+                Some(_) => Afterwards::SearchedAgain,
+                None => Afterwards::Shown,
+            };
+            handling.correct_for_display(&model.garment, colliders, afterwards, &mut scratch.positions);
             // Corrections stretch the edges around them, and crumple the cloth.
             if let Some(projection) = &model.projection
                 && handling.contact_planes(&scratch.positions, &mut scratch.planes)

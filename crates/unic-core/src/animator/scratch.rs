@@ -35,6 +35,8 @@ pub(super) struct Scratch {
     pub(super) replay: ReplayScratch,
     /// Coefficients of the prior in the current frame.
     pub(super) coefficients: Vec<f32>,
+    /// The same times the steps of the components.
+    pub(super) scaled_coefficients: Vec<f32>,
     /// Coefficients of the prior without those of the replay.
     pub(super) moved_coefficients: Vec<f32>,
     /// Coefficients of the replay in the current frame.
@@ -208,11 +210,10 @@ impl Animator {
             coefficients.for_each(|(a, residual)| *a += *residual * shown);
         }
         scratch.prior.resize(model.vertex_count(), Vec3::ZERO);
-        let coefficients = &scratch.coefficients;
+        let scaled = &mut scratch.scaled_coefficients;
+        prior.components.scale(&scratch.coefficients, scaled);
         for_each_tile(&mut scratch.prior, |first, tile| {
-            for (i, displacement) in tile.iter_mut().enumerate() {
-                *displacement = prior.displacement(first + i, coefficients);
-            }
+            prior.displacements(first, scaled, tile);
         });
     }
 

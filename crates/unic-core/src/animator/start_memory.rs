@@ -130,14 +130,18 @@ impl StartMemory {
 /// The mean square displacement of a difference a of coefficients is Σ_k size_k a_k² for orthogonal
 /// components.
 pub fn component_sizes(prior: &Prior) -> Vec<f32> {
+    let components = &prior.components;
     let mut sizes = vec![0.0_f64; prior.len()];
-    for of_vertex in prior.components.chunks_exact(prior.len().max(1)) {
-        for (size, component) in sizes.iter_mut().zip(of_vertex) {
-            *size += f64::from(component.length_squared());
+    for row in components.steps().chunks_exact(prior.len().max(1)) {
+        for (size, steps) in sizes.iter_mut().zip(row) {
+            *size += f64::from(*steps).powi(2);
         }
     }
     let vertices = prior.mean.len().max(1) as f64;
-    sizes.into_iter().map(|size| (size / vertices) as f32).collect()
+    let sizes = sizes.into_iter().zip(components.step_m());
+    sizes
+        .map(|(size, step)| (size * f64::from(*step).powi(2) / vertices) as f32)
+        .collect()
 }
 
 #[cfg(test)]

@@ -54,6 +54,7 @@ const CHUNK: usize = 1024;
 #[derive(Clone, Debug)]
 pub struct DisplayPass {
     rule: RobustIntersection,
+    afterwards: Afterwards,
     neighbours: Neighbours,
     face_lifting: FaceLifting,
     layer_order: Option<Box<LayerOrder>>,
@@ -79,6 +80,16 @@ pub struct DisplayPass {
     /// Shown positions that may be too low, by slot, metres; NaN for others. Valid in packets in
     /// which something moves. While tears are closed, all shown positions.
     to_recheck: Vec<Vec3>,
+}
+
+/// What happens to the positions of a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Afterwards {
+    /// They are shown.
+    Shown,
+    /// Sweeps of a strain projection move them, and all vertices near the body are
+    /// [searched for again](DisplayPass::correct_again).
+    SearchedAgain,
 }
 
 /// Posed body with its vertices, and the colliders around it.
@@ -127,6 +138,7 @@ impl DisplayPass {
         let neighbours = Neighbours::new(&garment.rest, packets);
         Self {
             rule,
+            afterwards: Afterwards::Shown,
             face_lifting: FaceLifting::new(rule, garment, body, &neighbours),
             neighbours,
             layer_order: None,
@@ -148,6 +160,11 @@ impl DisplayPass {
     /// Keeps layers of the garment in order from now on.
     pub fn set_layers(&mut self, layers: &Layers) {
         self.layer_order = Some(Box::new(LayerOrder::new(layers)));
+    }
+
+    /// Sets what happens to the positions of the passes that follow.
+    pub(crate) fn set_afterwards(&mut self, afterwards: Afterwards) {
+        self.afterwards = afterwards;
     }
 
     /// Moves world positions, metres, to where they are shown.
@@ -303,6 +320,12 @@ impl DisplayPass {
         let (displacements, neighbours) = (self.smoothing.displacements(), &self.neighbours);
         let (at, contacts, summaries) = (&self.at, &self.contacts, &self.summaries);
         let margin_m = self.rule.margin_m;
+        let least_height_m = match self.afterwards {
+            Afterwards::SearchedAgain => margin_m,
+            // Where limbs touch, they overlap: a vertex over one may be inside the other, unless its
+            // height exceeds the radius of a limb.
+            Afterwards::Shown => margin_m.max(LIMB_RADIUS_M),
+        };
         let push_out = |p| collider_lifts::push_out_of_all(scene.colliders, p, margin_m);
         let groups = self.shown.chunks_mut(Packets::GROUP);
         let groups = groups.zip(self.to_recheck.chunks_mut(Packets::GROUP)).enumerate();
@@ -318,9 +341,8 @@ impl DisplayPass {
                     *shown = push_out(*shown).unwrap_or(*shown);
                 }
                 let moved_m = shown.distance(at[slot]);
-                // A height changes by no more than the displacement. Where limbs touch, the height
-                // may belong to another part, unless it exceeds the radius of a limb.
-                let min_height_m = moved_m + margin_m.max(LIMB_RADIUS_M);
+                // A height changes by no more than the displacement.
+                let min_height_m = moved_m + least_height_m;
                 let is_clear = moved_m == 0.0 || contacts[slot].height_m >= min_height_m;
                 *to_recheck = if is_clear { Vec3::NAN } else { *shown };
             }

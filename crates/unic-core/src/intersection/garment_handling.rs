@@ -1,6 +1,6 @@
 //! Intersection handling of all vertices of a garment.
 
-use super::{CollisionScene, DisplayPass, Handling, Layers, SkinnedGarment};
+use super::{Afterwards, CollisionScene, DisplayPass, Handling, Layers, SkinnedGarment};
 use crate::{
     character::{Character, Garment},
     collider::Collider,
@@ -154,6 +154,7 @@ impl GarmentHandling {
         &mut self,
         garment: &Garment,
         colliders: &[Collider],
+        afterwards: Afterwards,
         positions: &mut [Vec3],
     ) {
         if let (Handling::Robust(_, body), Some(display)) = (&self.handling, &mut self.display) {
@@ -163,6 +164,7 @@ impl GarmentHandling {
                 colliders,
                 skinned: skinned_garment(self.mode, garment, &self.world_from_rest, self.closing_share),
             };
+            display.set_afterwards(afterwards);
             display.apply(scene, positions);
         }
     }
@@ -183,7 +185,7 @@ impl GarmentHandling {
                 }
             });
         }
-        self.correct_for_display(garment, &[], positions);
+        self.correct_for_display(garment, &[], Afterwards::Shown, positions);
     }
 }
 

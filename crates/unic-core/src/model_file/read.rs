@@ -8,7 +8,7 @@ use crate::{
     model::ModelError,
     motion::Normalisation,
     network::Linear,
-    prior::Prior,
+    prior::{Components, Prior},
     projection::StrainLimit,
     recurrence::Recurrence,
     replay::{KEY, KeyMap, Library, Replay},
@@ -143,14 +143,25 @@ impl<'a> Source<'a> {
             // The map has no outputs, but its inputs must fit a pair of motion vectors.
             return Ok(Prior::constant(mean, 2 * self.vector("motion.mean")?.len()));
         }
-        let components = self.floats("prior.shapes", &[mean.len(), 0, 3])?;
         Ok(Prior {
-            components: components.chunks_exact(3).map(Vec3::from_slice).collect(),
+            components: self.components(mean.len())?,
             map: self.layer("prior.0")?,
             recurrence: self.recurrence()?,
             replay: self.replay()?,
             mean,
         })
+    }
+
+    /// Reads the prior's components. Files of earlier versions have them in 32 bits.
+    fn components(&self, vertices: usize) -> Result<Components, ModelFileError> {
+        if !self.has("prior.steps") {
+            let shapes = self.read::<f32>("prior.shapes", Dtype::F32, &[vertices, 0, 3])?;
+            let vectors: Vec<Vec3> = shapes.numbers.chunks_exact(3).map(Vec3::from_slice).collect();
+            return Ok(Components::of_vectors(&vectors, shapes.shape[1]));
+        }
+        let step_m = self.vector("prior.steps")?;
+        let steps = self.read("prior.shapes", Dtype::I16, &[vertices, 3, step_m.len()])?;
+        Ok(Components::of_steps(steps.numbers, step_m))
     }
 
     /// Reads the prior's recurrence, if the file has one.

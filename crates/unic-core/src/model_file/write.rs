@@ -140,8 +140,9 @@ impl Tensors {
     fn prior(&mut self, prior: &Prior) {
         self.points("prior.mean", &prior.mean);
         if !prior.is_empty() {
-            let shape = [prior.mean.len(), prior.len(), 3];
-            self.push("prior.shapes", Dtype::F32, &shape, &prior.components);
+            let (shape, components) = ([prior.mean.len(), 3, prior.len()], &prior.components);
+            self.push("prior.shapes", Dtype::I16, &shape, components.steps());
+            self.floats("prior.steps", components.step_m());
             self.layers("prior", std::slice::from_ref(&prior.map));
         }
         if let Some(recurrence) = &prior.recurrence {

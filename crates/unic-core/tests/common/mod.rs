@@ -25,7 +25,7 @@ use unic_core::{
     model::{About, ModelParts},
     motion::{JointSprings, MotionLayout, MotionSpec, Normalisation, Spring, VelocityScheme, motion_len},
     network::Linear,
-    prior::Prior,
+    prior::{Components, Prior},
     projection::{StrainLimit, limited_pairs},
     recurrence::Recurrence,
     replay::{FEATURES, KeyMap, Library, Replay},
@@ -400,15 +400,14 @@ pub fn prior(vertices: usize, components: usize) -> Prior {
 
 fn prior_of(inputs: usize, vertices: usize, components: usize) -> Prior {
     let mut noise = Noise(400);
+    let mut vectors = |count: usize| -> Vec<Vec3> { (0..count).map(|_| noise.vector() * 0.02).collect() };
     Prior {
-        mean: (0..vertices).map(|_| noise.vector() * 0.02).collect(),
+        mean: vectors(vertices),
         map: linear(inputs, components, 0.7, 401),
         recurrence: (components > 1).then(|| recurrence(inputs, components)),
         // The first component is not replayed.
         replay: (components > 1).then(|| replay(inputs / 2, components - 1)),
-        components: (0..vertices * components)
-            .map(|_| noise.vector() * 0.02)
-            .collect(),
+        components: Components::of_vectors(&vectors(vertices * components), components),
     }
 }
 

@@ -211,7 +211,7 @@ impl Reference {
         for (a, residual) in a.iter_mut().zip(self.residual(prior.len())) {
             *a += residual * share;
         }
-        let component = |i: usize, k: usize| prior.components[i * a.len() + k].as_dvec3();
+        let component = |i: usize, k: usize| prior.components.vector(i, k).as_dvec3();
         let vertex =
             |i: usize| (0..a.len()).fold(prior.mean[i].as_dvec3(), |sum, k| sum + component(i, k) * a[k]);
         (0..prior.mean.len()).map(vertex).collect()
@@ -237,9 +237,9 @@ impl Reference {
         };
         let prior = &self.parts.prior;
         let moved = self.moved(pair);
-        let of_component = |k: usize| prior.components.iter().skip(k).step_by(prior.len());
         let mean_square = |k: usize| {
-            let squares = of_component(k).map(|c| c.as_dvec3().length_squared());
+            let vectors = (0..prior.mean.len()).map(|v| prior.components.vector(v, k));
+            let squares = vectors.map(|c| c.as_dvec3().length_squared());
             squares.sum::<f64>() / prior.mean.len() as f64
         };
         let square: f64 = (0..moved.len())

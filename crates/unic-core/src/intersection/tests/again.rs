@@ -136,3 +136,31 @@ fn vertices_that_sweeps_have_drawn_into_the_ground_are_pushed_out_again() {
     pass.correct_again(scene, &planes, &mut positions);
     assert!((positions[0].y - 0.1 - MARGIN_M).abs() < 1e-5, "{}", positions[0]);
 }
+
+#[test]
+fn beside_one_part_alone_a_pass_before_sweeps_ends_where_a_last_one_does() {
+    let ball = sphere(4, 0.15);
+    for y in [0.05, 0.12, 0.148] {
+        let cloth = shifted(sheet(21, 21, 0.02), Vec3::new(-0.2, y, -0.2));
+        let (body, garment) = on_one_joint(ball.clone(), cloth);
+        let scene = CollisionScene {
+            body: &body,
+            vertices: &ball.vertices,
+            colliders: &[],
+            skinned: None,
+        };
+        let shown = |afterwards: Afterwards| {
+            let mut pass = DisplayPass::new(RULE, &garment, &body);
+            pass.set_afterwards(afterwards);
+            let mut positions = garment.rest.vertices.clone();
+            pass.apply(scene, &mut positions);
+            positions
+        };
+        let last = shown(Afterwards::Shown);
+        assert_eq!(shown(Afterwards::SearchedAgain), last);
+        // Some vertices were clear of the ball, and moved with their neighbours.
+        let pairs = garment.rest.vertices.iter().zip(&last);
+        let mut spread = pairs.filter(|(rest, shown)| rest != shown && rest.length() > 0.15 + 2.0 * MARGIN_M);
+        assert!(spread.next().is_some(), "{y}");
+    }
+}
