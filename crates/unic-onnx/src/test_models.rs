@@ -7,6 +7,7 @@ use unic_core::{
     model::ModelParts,
     motion::{JointSprings, MotionLayout, Normalisation, Spring, SpringDamping, VelocityScheme},
     network::Linear,
+    prior::Components,
     recurrence::Recurrence,
 };
 
@@ -39,7 +40,7 @@ pub(crate) fn root_relative(layout: MotionLayout, velocity: VelocityScheme) -> M
 /// Adds a component and a recurrence of one oscillator to a prior.
 pub(crate) fn add_recurrence(parts: &mut ModelParts) {
     let pair = parts.prior.map.inputs;
-    parts.prior.components = vec![Vec3::X; parts.prior.mean.len()];
+    parts.prior.components = Components::of_vectors(&vec![Vec3::X; parts.prior.mean.len()], 1);
     parts.prior.map = linear(pair, 1);
     parts.prior.recurrence = Some(Recurrence {
         poles: vec![[0.9, 0.1]],
