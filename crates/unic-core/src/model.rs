@@ -173,7 +173,7 @@ impl Model {
         })
     }
 
-    /// Returns the same model with networks in another precision; its file stays f32.
+    /// Returns the same model with networks in another precision; in its file they stay f32.
     ///
     /// Packed weights belong to the model, so that animators which share it share them.
     pub fn with_precision(mut self, precision: Precision) -> Self {
@@ -446,7 +446,7 @@ fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
         (
             "numbers in the prior's components",
             3 * vertices * parts.prior.len(),
-            parts.prior.components.steps().len(),
+            parts.prior.components.coordinates().len(),
         ),
         ("inputs of the prior", 2 * motion, parts.prior.map.inputs),
         (

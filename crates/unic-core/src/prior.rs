@@ -82,6 +82,9 @@ impl Prior {
     }
 
     /// Returns the displacement of one vertex in its own rotated frame, metres.
+    ///
+    /// # Panics
+    /// With fewer coefficients than components.
     pub fn displacement(&self, vertex: usize, coefficients: &[f32]) -> Vec3 {
         let (mut scaled, mut displacement) = (Vec::new(), [Vec3::ZERO]);
         self.components.scale(coefficients, &mut scaled);
@@ -89,8 +92,11 @@ impl Prior {
         displacement[0]
     }
 
-    /// Computes the displacements of the vertices from `first` on, each in its own rotated frame, metres.
-    /// The coefficients are [scaled](Components::scale).
+    /// Computes the displacements of the vertices from `first` on, each in its own rotated frame,
+    /// metres. The coefficients are [scaled](Components::scale).
+    ///
+    /// # Panics
+    /// With fewer coefficients than components.
     pub fn displacements(&self, first: usize, scaled: &[f32], displacements: &mut [Vec3]) {
         displacements.copy_from_slice(&self.mean[first..][..displacements.len()]);
         self.components.add_to(first, scaled, displacements);

@@ -7,11 +7,12 @@
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
 mod common;
+#[path = "model_file/components.rs"]
+mod components;
 
 use common::*;
 use glam::Vec2;
 use proptest::prelude::*;
-use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use serde_json::{Value, json};
 use std::{process::Command, sync::Arc};
 use unic_core::{
@@ -475,37 +476,6 @@ fn with_data(bytes: &[u8], name: &str, change: impl FnOnce(&mut [u8])) -> Vec<u8
     bytes
 }
 
-/// Returns the file with the prior's components in 32 bits, as earlier versions wrote them.
-fn with_components_in_32_bits(bytes: &[u8]) -> Vec<u8> {
-    let components = &full_parts().prior.components;
-    let vectors = components.to_vectors();
-    let shape = vec![vectors.len() / components.len(), components.len(), 3];
-    let shapes = TensorView::new(Dtype::F32, shape, bytemuck::cast_slice(&vectors)).unwrap();
-    let (_, header) = SafeTensors::read_metadata(bytes).unwrap();
-    let file = SafeTensors::deserialize(bytes).unwrap();
-    let tensors = file
-        .tensors()
-        .into_iter()
-        .filter_map(|(name, tensor)| match &*name {
-            "prior.steps" => None,
-            "prior.shapes" => Some((name, shapes.clone())),
-            _ => Some((name, tensor)),
-        });
-    safetensors::serialize(tensors.collect::<Vec<_>>(), header.metadata().clone()).unwrap()
-}
-
-#[test]
-fn components_in_32_bits_are_read() {
-    let bytes = full();
-    let earlier = with_components_in_32_bits(&bytes);
-    assert!(earlier.len() > bytes.len());
-    assert!(read_frugally(&earlier).unwrap().to_bytes().unwrap() == bytes);
-    let broken = with_data(&earlier, "prior.shapes", |data| {
-        data[..4].copy_from_slice(&f32::NAN.to_le_bytes())
-    });
-    assert!(refusal(&broken).contains("the prior"));
-}
-
 #[test]
 fn unusable_numbers_are_refused() {
     let bytes = full();
@@ -536,6 +506,10 @@ fn unusable_numbers_are_refused() {
                 "{name} {value}"
             );
         }
+    }
+    for value in [-1.0, f32::MAX] {
+        let step = put("prior.steps", value.to_le_bytes());
+        assert!(read_frugally(&step).is_err(), "a step of {value}");
     }
     let unstable = put("recurrence.poles", 1.5f32.to_le_bytes());
     assert!(

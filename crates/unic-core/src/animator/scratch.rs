@@ -35,7 +35,7 @@ pub(super) struct Scratch {
     pub(super) replay: ReplayScratch,
     /// Coefficients of the prior in the current frame.
     pub(super) coefficients: Vec<f32>,
-    /// The same times the steps of the components.
+    /// Coefficients of the current frame times the steps of the components, metres.
     pub(super) scaled_coefficients: Vec<f32>,
     /// Coefficients of the prior without those of the replay.
     pub(super) moved_coefficients: Vec<f32>,

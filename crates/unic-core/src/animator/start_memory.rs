@@ -132,7 +132,7 @@ impl StartMemory {
 pub fn component_sizes(prior: &Prior) -> Vec<f32> {
     let components = &prior.components;
     let mut sizes = vec![0.0_f64; prior.len()];
-    for row in components.steps().chunks_exact(prior.len().max(1)) {
+    for row in components.coordinates().chunks_exact(prior.len().max(1)) {
         for (size, steps) in sizes.iter_mut().zip(row) {
             *size += f64::from(*steps).powi(2);
         }

@@ -87,8 +87,8 @@ pub struct DisplayPass {
 pub(crate) enum Afterwards {
     /// They are shown.
     Shown,
-    /// Sweeps of a strain projection move them, and all vertices near the body are
-    /// [searched for again](DisplayPass::correct_again).
+    /// Sweeps of a strain projection move them. Then vertices within 2 cm of the body, and others that
+    /// may have come down, are [searched for again](DisplayPass::correct_again).
     SearchedAgain,
 }
 
@@ -320,7 +320,7 @@ impl DisplayPass {
         let (displacements, neighbours) = (self.smoothing.displacements(), &self.neighbours);
         let (at, contacts, summaries) = (&self.at, &self.contacts, &self.summaries);
         let margin_m = self.rule.margin_m;
-        let least_height_m = match self.afterwards {
+        let clearance_m = match self.afterwards {
             Afterwards::SearchedAgain => margin_m,
             // Where limbs touch, they overlap: a vertex over one may be inside the other, unless its
             // height exceeds the radius of a limb.
@@ -342,7 +342,7 @@ impl DisplayPass {
                 }
                 let moved_m = shown.distance(at[slot]);
                 // A height changes by no more than the displacement.
-                let min_height_m = moved_m + least_height_m;
+                let min_height_m = moved_m + clearance_m;
                 let is_clear = moved_m == 0.0 || contacts[slot].height_m >= min_height_m;
                 *to_recheck = if is_clear { Vec3::NAN } else { *shown };
             }

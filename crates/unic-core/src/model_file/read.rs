@@ -139,6 +139,10 @@ impl<'a> Source<'a> {
     /// Reads the prior; a file without components has the mean displacement alone.
     pub(super) fn prior(&self) -> Result<Prior, ModelFileError> {
         let mean = self.points("prior.mean")?;
+        // A size of 0 stands for any, and tensors without numbers may have any other size.
+        if mean.is_empty() {
+            return Err(unusable("prior.mean", "a vertex or more", "none"));
+        }
         if !self.has("prior.shapes") {
             // The map has no outputs, but its inputs must fit a pair of motion vectors.
             return Ok(Prior::constant(mean, 2 * self.vector("motion.mean")?.len()));
@@ -154,14 +158,15 @@ impl<'a> Source<'a> {
 
     /// Reads the prior's components. Files of earlier versions have them in 32 bits.
     fn components(&self, vertices: usize) -> Result<Components, ModelFileError> {
-        if !self.has("prior.steps") {
+        let shapes = self.tensors.tensor("prior.shapes");
+        if shapes.is_ok_and(|shapes| shapes.dtype() == Dtype::F32) {
             let shapes = self.read::<f32>("prior.shapes", Dtype::F32, &[vertices, 0, 3])?;
             let vectors: Vec<Vec3> = shapes.numbers.chunks_exact(3).map(Vec3::from_slice).collect();
             return Ok(Components::of_vectors(&vectors, shapes.shape[1]));
         }
         let step_m = self.vector("prior.steps")?;
-        let steps = self.read("prior.shapes", Dtype::I16, &[vertices, 3, step_m.len()])?;
-        Ok(Components::of_steps(steps.numbers, step_m))
+        let coordinates = self.read("prior.shapes", Dtype::I16, &[vertices, 3, step_m.len()])?;
+        Ok(Components::of_coordinates(coordinates.numbers, step_m))
     }
 
     /// Reads the prior's recurrence, if the file has one.

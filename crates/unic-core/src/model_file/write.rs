@@ -141,7 +141,7 @@ impl Tensors {
         self.points("prior.mean", &prior.mean);
         if !prior.is_empty() {
             let (shape, components) = ([prior.mean.len(), 3, prior.len()], &prior.components);
-            self.push("prior.shapes", Dtype::I16, &shape, components.steps());
+            self.push("prior.shapes", Dtype::I16, &shape, components.coordinates());
             self.floats("prior.steps", components.step_m());
             self.layers("prior", std::slice::from_ref(&prior.map));
         }

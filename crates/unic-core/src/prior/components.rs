@@ -16,9 +16,8 @@ const MOST_STEPS: f32 = i16::MAX as f32;
 /// largest coordinate: 10 µm where a component moves a vertex by 30 cm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Components {
-    /// Coordinates in steps, V × 3 × K: the K numbers of a vertex's x are adjacent, then those of y and
-    /// z.
-    steps: Vec<i16>,
+    /// Coordinates in steps, V × 3 × K: K numbers of the x of a vertex, then of its y and its z.
+    coordinates: Vec<i16>,
     /// Step of each component, metres.
     step_m: Vec<f32>,
 }
@@ -27,8 +26,8 @@ impl Components {
     /// Takes coordinates in steps, V × 3 × K, and the step of each of the K components in metres.
     ///
     /// [`Model::new`](crate::Model::new) checks the lengths and the steps.
-    pub fn of_steps(steps: Vec<i16>, step_m: Vec<f32>) -> Self {
-        Self { steps, step_m }
+    pub fn of_coordinates(coordinates: Vec<i16>, step_m: Vec<f32>) -> Self {
+        Self { coordinates, step_m }
     }
 
     /// Rounds V × `count` vectors, those of a vertex adjacent, to steps.
@@ -46,9 +45,9 @@ impl Components {
             };
             (0..3).flat_map(axis).collect()
         };
-        let steps = vectors.chunks_exact(count.max(1)).flat_map(of_vertex);
+        let coordinates = vectors.chunks_exact(count.max(1)).flat_map(of_vertex);
         Self {
-            steps: steps.collect(),
+            coordinates: coordinates.collect(),
             step_m,
         }
     }
@@ -64,13 +63,13 @@ impl Components {
     }
 
     /// Coordinates in steps, V × 3 × K.
-    pub fn steps(&self) -> &[i16] {
-        &self.steps
+    pub fn coordinates(&self) -> &[i16] {
+        &self.coordinates
     }
 
     /// Coordinates in metres, V × 3 × K.
     pub fn in_metres(&self) -> impl Iterator<Item = f32> {
-        let steps = self.steps.iter().zip(self.step_m.iter().cycle());
+        let steps = self.coordinates.iter().zip(self.step_m.iter().cycle());
         steps.map(|(steps, step_m)| f32::from(*steps) * step_m)
     }
 
@@ -81,18 +80,18 @@ impl Components {
 
     /// Returns the vector of a component at a vertex, metres.
     pub fn vector(&self, vertex: usize, component: usize) -> Vec3 {
-        let at = |axis: usize| f32::from(self.steps[(3 * vertex + axis) * self.len() + component]);
+        let at = |axis: usize| f32::from(self.coordinates[(3 * vertex + axis) * self.len() + component]);
         Vec3::new(at(0), at(1), at(2)) * self.step_m[component]
     }
 
     /// Returns all vectors, V × K in metres, those of a vertex adjacent.
     pub fn to_vectors(&self) -> Vec<Vec3> {
-        let vertices = self.steps.len() / (3 * self.len()).max(1);
+        let vertices = self.coordinates.len() / (3 * self.len()).max(1);
         let all = (0..vertices).flat_map(|v| (0..self.len()).map(move |k| (v, k)));
         all.map(|(v, k)| self.vector(v, k)).collect()
     }
 
-    /// Components multiplied by a number for each vertex.
+    /// Multiplies the vectors of each vertex by a number, and rounds again.
     pub(crate) fn masked(&self, mask: &[f32]) -> Self {
         let mut vectors = self.to_vectors();
         let of_vertices = vectors.chunks_exact_mut(self.len().max(1)).zip(mask);
@@ -100,31 +99,33 @@ impl Components {
         Self::of_vectors(&vectors, self.len())
     }
 
-    /// Returns whether all steps are finite and not negative.
+    /// Returns whether all steps are not negative, and all vectors finite.
     pub(crate) fn is_usable(&self) -> bool {
-        self.step_m.iter().all(|step| step.is_finite() && *step >= 0.0)
+        let largest = f32::from(i16::MIN).abs();
+        let is_usable = |step: &f32| *step >= 0.0 && (step * largest).is_finite();
+        self.step_m.iter().all(is_usable)
     }
 
-    /// Components of both, those of `other` last.
+    /// Joins the components of both, those of `other` last.
     pub(super) fn joined(&self, other: &Self) -> Self {
-        let rows = |components: &Self| components.steps.len().checked_div(components.len());
+        let rows = |components: &Self| components.coordinates.len().checked_div(components.len());
         let row = |components: &Self, row: usize| {
             let count = components.len();
-            components.steps[row * count..(row + 1) * count].to_vec()
+            components.coordinates[row * count..(row + 1) * count].to_vec()
         };
         let of_both = |i| [row(self, i), row(other, i)].concat();
         let count = rows(self).or(rows(other)).unwrap_or(0);
         Self {
-            steps: (0..count).flat_map(of_both).collect(),
+            coordinates: (0..count).flat_map(of_both).collect(),
             step_m: [&self.step_m[..], &other.step_m].concat(),
         }
     }
 
-    /// The first components.
+    /// Returns the first components.
     pub(super) fn truncated(&self, count: usize) -> Self {
-        let rows = self.steps.chunks_exact(self.len().max(1));
+        let rows = self.coordinates.chunks_exact(self.len().max(1));
         Self {
-            steps: rows.flat_map(|row| &row[..count]).copied().collect(),
+            coordinates: rows.flat_map(|row| &row[..count]).copied().collect(),
             step_m: self.step_m[..count].to_vec(),
         }
     }
@@ -137,6 +138,9 @@ impl Components {
 
     /// Adds to the vectors of the vertices from `first` on the sums of their components times
     /// coefficients, which are [scaled](Self::scale). The bytes are the same on all instruction sets.
+    ///
+    /// # Panics
+    /// With fewer coefficients than components.
     pub fn add_to(&self, first: usize, scaled: &[f32], vectors: &mut [Vec3]) {
         self.add_on(Instructions::best(), first, scaled, vectors);
     }
@@ -145,7 +149,7 @@ impl Components {
         if self.is_empty() {
             return;
         }
-        let rows = self.steps[3 * first * self.len()..].chunks_exact(3 * self.len());
+        let rows = self.coordinates[3 * first * self.len()..].chunks_exact(3 * self.len());
         instructions.run(
             #[inline(always)]
             || {
@@ -160,15 +164,20 @@ impl Components {
 /// Step of a component: the least power of two with which the largest coordinate has no more than
 /// [`MOST_STEPS`] steps.
 fn step_of<'a>(vectors: impl Iterator<Item = &'a Vec3>) -> f32 {
+    /// Bits of the fraction of an f32.
+    const FRACTION: u32 = 0x007F_FFFF;
     // Zero times a number that is not finite is NaN, which `max` would pass over.
-    let largest = vectors.fold([0.0f32; 2], |[largest, poison], v| {
-        [largest.max(v.abs().max_element()), poison + v.element_sum() * 0.0]
+    let [largest, poison] = vectors.fold([0.0f32; 2], |[largest, poison], v| {
+        [
+            largest.max(v.abs().max_element()),
+            poison + (*v * 0.0).element_sum(),
+        ]
     });
-    let least = largest[0] / MOST_STEPS + largest[1];
-    match least > f32::MIN_POSITIVE {
-        true => least.log2().ceil().exp2(),
-        // Zero, NaN, or too small for a division.
-        false => least * 0.0 + f32::MIN_POSITIVE,
+    let least = largest / MOST_STEPS + poison;
+    match least.is_finite() {
+        // By bits, because logarithms differ between machines. A step of zero could not divide.
+        true => f32::from_bits((least.max(f32::MIN_POSITIVE).to_bits() + FRACTION) & !FRACTION),
+        false => f32::NAN,
     }
 }
 
@@ -261,6 +270,46 @@ mod tests {
     }
 
     #[test]
+    fn steps_are_powers_of_two_at_all_sizes() {
+        let halves = (-100..=110).map(|exponent| 1.5 * 2f32.powi(exponent));
+        let near_powers = (-120..=110).flat_map(|exponent| {
+            let power = 2f32.powi(exponent) * MOST_STEPS;
+            [power.next_down(), power, power.next_up()]
+        });
+        for largest in halves.chain(near_powers) {
+            let rounded = Components::of_vectors(&[Vec3::new(largest, -largest, 0.3 * largest)], 1);
+            let step = rounded.step_m[0];
+            assert_eq!(step.to_bits() & 0x007F_FFFF, 0, "{largest}");
+            let steps = largest / step;
+            assert!(
+                (MOST_STEPS / 2.01..=MOST_STEPS * 1.00001).contains(&steps),
+                "{largest}"
+            );
+            assert!((rounded.vector(0, 0).x - largest).abs() <= 1.001 * step);
+            assert_eq!(
+                Components::of_vectors(&rounded.to_vectors(), 1),
+                rounded,
+                "{largest}"
+            );
+        }
+    }
+
+    #[test]
+    fn components_of_the_largest_numbers_are_not_usable() {
+        assert!(!Components::of_vectors(&[Vec3::splat(f32::MAX)], 1).is_usable());
+    }
+
+    #[test]
+    fn masked_components_are_within_half_a_step() {
+        let vectors = [Vec3::new(0.1, 0.2, -0.3), Vec3::splat(0.05)];
+        let components = Components::of_vectors(&vectors, 1);
+        let masked = components.masked(&[0.5, 0.0]);
+        let half = 0.5 * masked.step_m[0] + 0.25 * components.step_m[0];
+        assert!((masked.vector(0, 0) - vectors[0] * 0.5).abs().max_element() <= half);
+        assert_eq!(masked.vector(1, 0), Vec3::ZERO);
+    }
+
+    #[test]
     fn numbers_that_are_not_finite_leave_a_step_that_is_not_finite() {
         for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             let vectors = [Vec3::X, Vec3::new(0.0, broken, 0.0), Vec3::Y, Vec3::Z];
@@ -274,7 +323,7 @@ mod tests {
         let components = Components::of_vectors(&[Vec3::ZERO, Vec3::ZERO], 1);
         assert_eq!(components.to_vectors(), [Vec3::ZERO; 2]);
         assert_eq!(Components::default().to_vectors(), []);
-        // Smaller than what a division resolves.
+        // Smaller than the smallest step.
         let tiny = Components::of_vectors(&[Vec3::splat(f32::MIN_POSITIVE / 2.0)], 1);
         assert!(tiny.to_vectors()[0].length() <= 2.0 * f32::MIN_POSITIVE);
     }

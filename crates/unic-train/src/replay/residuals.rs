@@ -35,10 +35,11 @@ impl Residuals<'_> {
         let s = &self.sequences[sequence];
         let truth = displacements(self.garment, self.clips[sequence], s.frames.start + t);
         let coefficients = &self.left_out[sequence][t * s.outputs()..][..s.outputs()];
-        let vertices = truth.iter().enumerate();
-        let residual = vertices.map(|(v, u)| *u - self.prior.displacement(v, coefficients));
+        let (mut scaled, mut predicted) = (Vec::new(), vec![Vec3::ZERO; truth.len()]);
+        self.prior.components.scale(coefficients, &mut scaled);
+        self.prior.displacements(0, &scaled, &mut predicted);
         FrameResidual {
-            residual: residual.collect(),
+            residual: truth.iter().zip(predicted).map(|(u, p)| *u - p).collect(),
             truth,
         }
     }

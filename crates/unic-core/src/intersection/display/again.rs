@@ -1,6 +1,6 @@
 //! Corrections after sweeps have moved the shown vertices.
 
-use super::{CHUNK, CollisionScene, DisplayPass, RobustIntersection, collider_lifts, tears};
+use super::{Afterwards, CHUNK, CollisionScene, DisplayPass, RobustIntersection, collider_lifts, tears};
 use crate::{aabb_tree::LANES, parallel::for_each_chunk, projection::ContactPlane};
 use glam::Vec3;
 
@@ -24,6 +24,8 @@ impl DisplayPass {
         planes: &[ContactPlane],
         positions: &mut [Vec3],
     ) {
+        // No search follows the corrections below.
+        self.set_afterwards(Afterwards::Shown);
         self.push_out_again(scene, planes, positions);
         for contact in &mut self.contacts {
             // Unknown where the vertices are now, so that all that move are searched for.

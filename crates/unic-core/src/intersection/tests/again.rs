@@ -15,6 +15,7 @@ fn vertices_that_sweeps_have_drawn_into_the_body_from_afar_are_pushed_out_again(
         skinned: None,
     };
     let mut pass = DisplayPass::new(RULE, &garment, &body);
+    pass.set_afterwards(Afterwards::SearchedAgain);
     let rest = &garment.rest.vertices;
     let mut shown = rest.clone();
     pass.apply(posed, &mut shown);
@@ -85,6 +86,7 @@ fn heights_of_stretched_faces(side: f32, stretch: f32, y: f32) -> [f32; 2] {
         .map(|p| (*p * stretch - corner).with_y(y))
         .collect();
     let mut pass = DisplayPass::new(RULE, &garment, &body);
+    pass.set_afterwards(Afterwards::SearchedAgain);
     let mut shown = at.clone();
     pass.apply(scene, &mut shown);
     let mut planes = Vec::new();
@@ -128,6 +130,7 @@ fn vertices_that_sweeps_have_drawn_into_the_ground_are_pushed_out_again() {
         skinned: None,
     };
     let mut pass = DisplayPass::new(RULE, &garment, &body);
+    pass.set_afterwards(Afterwards::SearchedAgain);
     let mut positions = garment.rest.vertices.clone();
     pass.apply(scene, &mut positions);
     let mut planes = Vec::new();
