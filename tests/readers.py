@@ -96,7 +96,7 @@ def check_tensors(path):
     for name, dtype, shape, *_ in table("reference/model-file.md", "tensor"):
         pattern = re.escape(name.strip("`")).replace("N", r"\d+")
         rows.append((pattern, dtype, [size for size in shape.split(" × ")]))
-    types = {"f32": np.float32, "i8": np.int8, "u16": np.uint16, "u32": np.uint32, "i64": np.int64}
+    types = {"f32": np.float32, "i8": np.int8, "i16": np.int16, "u16": np.uint16, "u32": np.uint32, "i64": np.int64}
     with safe_open(path, "np") as file:
         names = list(file.keys())
         letters = {}
