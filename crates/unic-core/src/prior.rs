@@ -81,10 +81,8 @@ impl Prior {
         self.recurrence.as_ref().map_or(0, Recurrence::state_len)
     }
 
-    /// Returns the displacement of one vertex in its own rotated frame, metres.
-    ///
-    /// # Panics
-    /// With fewer coefficients than components.
+    /// Returns the displacement of one vertex in its own rotated frame, metres. The last components may
+    /// lack coefficients, which are then zero.
     pub fn displacement(&self, vertex: usize, coefficients: &[f32]) -> Vec3 {
         let (mut scaled, mut displacement) = (Vec::new(), [Vec3::ZERO]);
         self.components.scale(coefficients, &mut scaled);
@@ -96,7 +94,7 @@ impl Prior {
     /// metres. The coefficients are [scaled](Components::scale).
     ///
     /// # Panics
-    /// With fewer coefficients than components.
+    /// With fewer scaled coefficients than components.
     pub fn displacements(&self, first: usize, scaled: &[f32], displacements: &mut [Vec3]) {
         displacements.copy_from_slice(&self.mean[first..][..displacements.len()]);
         self.components.add_to(first, scaled, displacements);
@@ -230,6 +228,11 @@ mod tests {
                 extended.displacement(v, &coefficients),
                 prior().displacement(v, &coefficients)
             );
+        }
+        for lacking in 0..3 {
+            let given = &coefficients[..lacking];
+            let zeros = [given, &[0.0; 3][lacking..]].concat();
+            assert_eq!(extended.displacement(1, given), extended.displacement(1, &zeros));
         }
         coefficients[2] = 4.0;
         let moved = extended.displacement(1, &coefficients) - prior().displacement(1, &coefficients);

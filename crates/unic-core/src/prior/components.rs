@@ -130,17 +130,19 @@ impl Components {
         }
     }
 
-    /// Multiplies coefficients by the steps, as [`add_to`](Self::add_to) takes them.
+    /// Multiplies coefficients by the steps, as [`add_to`](Self::add_to) takes them. The last components
+    /// may lack coefficients, which are then zero.
     pub fn scale(&self, coefficients: &[f32], out: &mut Vec<f32>) {
         out.clear();
         out.extend(coefficients.iter().zip(&self.step_m).map(|(a, step)| a * step));
+        out.resize(self.len(), 0.0);
     }
 
     /// Adds to the vectors of the vertices from `first` on the sums of their components times
     /// coefficients, which are [scaled](Self::scale). The bytes are the same on all instruction sets.
     ///
     /// # Panics
-    /// With fewer coefficients than components.
+    /// With fewer scaled coefficients than components.
     pub fn add_to(&self, first: usize, scaled: &[f32], vectors: &mut [Vec3]) {
         self.add_on(Instructions::best(), first, scaled, vectors);
     }
