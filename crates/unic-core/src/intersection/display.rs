@@ -82,7 +82,7 @@ pub struct DisplayPass {
     to_recheck: Vec<Vec3>,
 }
 
-/// What happens to the positions of a pass.
+/// Use of the positions that a pass leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Afterwards {
     /// They are shown.
@@ -162,7 +162,7 @@ impl DisplayPass {
         self.layer_order = Some(Box::new(LayerOrder::new(layers)));
     }
 
-    /// Sets what happens to the positions of the passes that follow.
+    /// Sets the use of the positions that later passes leave.
     pub(crate) fn set_afterwards(&mut self, afterwards: Afterwards) {
         self.afterwards = afterwards;
     }
